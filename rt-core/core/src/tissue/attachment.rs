@@ -1,8 +1,8 @@
 //! Attachments between organs, and between an organ and the world.
 //!
-//! An attachment is solved at least in each substep of the coarser organ, at most in each of the
-//! finer one, and in between as often as its stiffness needs (`multirate`). Between two solutions,
-//! its force on the finer organ stays the same.
+//! An attachment is solved as often as its stiffness needs (`multirate`): at least in each substep
+//! of the coarser organ, at most in each substep of the finer organ. Between two solutions, its
+//! force on the finer organ is constant.
 
 use heapless::Vec;
 
@@ -14,9 +14,9 @@ use crate::tissue::bar::{self, Bar};
 use crate::tissue::lanes::Lanes;
 use crate::tissue::multirate::{Multirate, Pace, SubstepWindow};
 
-/// Largest share of its stiffness that an attachment may lack. An attachment is solved from zero
-/// impulses, in one pass, so it lacks the share `k dt² w`, with the stiffness `k`, the time between
-/// two solutions `dt` and the sum of the ends' inverse masses `w`.
+/// Largest permitted loss of an attachment's stiffness, as a share. An attachment is solved in one
+/// pass and without warm start, so it loses the share `k dt² w`: k is its stiffness, dt the time
+/// between two solutions, w the sum of the inverse masses of its ends.
 const STIFFNESS_LOSS_MAX: f32 = 0.03;
 
 /// An attachment, in the order of solution.
@@ -24,7 +24,7 @@ const STIFFNESS_LOSS_MAX: f32 = 0.03;
 struct ScheduledTie {
     /// Index in the scene.
     tie: u16,
-    /// Number of the suture, if the attachment is one.
+    /// Number of the suture, if the attachment is a suture.
     suture: Option<u8>,
     /// Organs of its ends. An end in the world has the organ of the other end.
     organs: [u8; 2],
@@ -32,28 +32,28 @@ struct ScheduledTie {
     finer_sphere: u32,
 }
 
-/// Moments at which an attachment acts.
+/// Moments of a tick at which an attachment is solved and acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Schedule {
     /// Number of times that it is solved in a tick.
     solutions: u32,
-    /// Number of times that its force acts on the finer organ in a tick: the substeps of the finer
-    /// organ.
+    /// Number of times that its force acts on the finer organ in a tick: once in each substep of
+    /// that organ.
     applications: u32,
     /// Index of the end in the finer organ.
     finer: u8,
 }
 
-/// Turns with the same rhythm.
+/// Attachments with the same schedule.
 #[derive(Debug, Clone, Copy)]
 struct Group {
     schedule: Schedule,
-    /// The first turn, and one past the last.
+    /// Range of indices in `TieSchedule::ties`: the first, and one past the last.
     ties: [u16; 2],
 }
 
-/// Number of rhythms: 1, 2, 4, 8 or 16 solutions, as many substeps of the finer organ, and either
-/// end.
+/// Number of possible schedules: 1, 2, 4, 8 or 16 solutions; 1, 2, 4, 8 or 16 substeps of the finer
+/// organ; either end in the finer organ.
 const MAX_GROUPS: usize = 5 * 5 * 2;
 
 /// Attachments of a scene; those that are solved most often come first.
@@ -61,8 +61,8 @@ const MAX_GROUPS: usize = 5 * 5 * 2;
 pub(crate) struct TieSchedule {
     groups: Vec<Group, MAX_GROUPS>,
     ties: Vec<ScheduledTie, MAX_ATTACHMENTS>,
-    /// Impulse of each turn on its finer end in a substep of the finer organ, m kg. Every tick
-    /// computes it anew.
+    /// Positional impulse of each attachment on its finer end in a substep of the finer organ, m
+    /// kg. Every tick computes it anew.
     repeated: [Lanes; MAX_ATTACHMENTS],
 }
 
@@ -73,7 +73,7 @@ impl TieSchedule {
         repeated: [Lanes::ZERO; MAX_ATTACHMENTS],
     };
 
-    /// Orders the attachments of `scene`. O(attachments · distinct rhythms).
+    /// Orders the attachments of `scene`. O(attachments · possible schedules).
     pub(crate) fn build(&mut self, scene: &Scene<'_>, organ_of: impl Fn(u32) -> u8) {
         self.groups.clear();
         self.ties.clear();
@@ -97,7 +97,7 @@ impl TieSchedule {
         }
     }
 
-    /// Adds the attachments with this rhythm.
+    /// Adds the attachments with this schedule.
     fn add(&mut self, schedule: Schedule, scene: &Scene<'_>, organ_of: impl Fn(u32) -> u8) {
         for (i, (tie, suture)) in (0u16..).zip(numbered(scene.attachments.iter())) {
             let spheres = [tie.sphere, tie.other_sphere().unwrap_or(tie.sphere)];
@@ -120,7 +120,7 @@ fn halvings_from(solutions_max: u32) -> impl Iterator<Item = u32> {
 }
 
 impl Schedule {
-    /// Rhythm of an attachment between organs of these `substeps`.
+    /// Schedule of an attachment between organs of these `substeps`.
     fn of(tie: &Attachment, substeps: [u32; 2], scene: &Scene<'_>) -> Self {
         let weight_per_kg = |sphere: u32| {
             let rest = scene.spheres.get(sphere as usize);
@@ -156,7 +156,7 @@ pub fn solutions_per_tick(
     solutions
 }
 
-/// Projects every attachment whose window begins with the finest substep `now` as an elastic link.
+/// Projects, as elastic links, the attachments whose window begins with the finest substep `now`.
 /// Repeats the forces of the other attachments in the substeps of their finer organs. A suture acts
 /// only while it is taut; a severed attachment never acts. An attachment of rest length zero draws
 /// its ends together.
@@ -179,7 +179,8 @@ pub(crate) fn project_due(scene: &Scene<'_>, now: u32, bodies: &mut Bodies) {
     }
 }
 
-/// Solves an attachment for a window of length dt, and pushes its ends. `per_step_s2` is 1/dt².
+/// Solves an attachment for a window of length dt, and applies its impulses. `per_step_s2` is
+/// 1/dt².
 #[inline(always)]
 fn solve(
     index: u16,
@@ -217,7 +218,7 @@ fn solve(
     }
 }
 
-/// Pushes the finer end of an attachment as in the last substep.
+/// Applies the impulse of the last solution to the finer end of an attachment.
 #[inline(always)]
 fn repeat(index: u16, bodies: &mut Bodies) {
     let number = usize::from(index);
@@ -230,7 +231,7 @@ fn repeat(index: u16, bodies: &mut Bodies) {
     push_sphere(scheduled.finer_sphere, *repeated, bodies);
 }
 
-/// Applies an impulse over dt, m kg.
+/// Applies a positional impulse, m kg.
 #[inline(always)]
 fn push_sphere(sphere: u32, impulse_m_kg: Lanes, bodies: &mut Bodies) {
     let weight_per_kg = bodies.weight_per_kg(sphere);
@@ -238,8 +239,8 @@ fn push_sphere(sphere: u32, impulse_m_kg: Lanes, bodies: &mut Bodies) {
     node.step_m = node.step_m + impulse_m_kg.scaled(weight_per_kg);
 }
 
-/// Impulse over the window's length dt on the first end of an attachment, m kg, of which the intact
-/// share is `intact`. `per_step_s2` is 1/dt².
+/// Positional impulse on the first end of an attachment, m kg. `intact` is the intact share of its
+/// stiffness; `per_step_s2` is 1/dt², with dt the length of the window.
 #[inline(always)]
 fn projection(
     tie: &Attachment,
@@ -331,7 +332,7 @@ mod tests {
     fn a_tie_is_solved_as_often_as_its_stiffness_needs() {
         let (organs, spheres) = (organs(1, 16), spheres());
         let scene = Scene::new(&organs, &spheres, &[], room()).expect("sound");
-        // `k dt² w`: 0.9 N/m at one solution a tick lacks 3 % of its stiffness.
+        // `k dt² w`: at one solution a tick, a stiffness of 0.9 N/m loses 3 %.
         let expected = [
             (0.8, 1),
             (1.0, 2),

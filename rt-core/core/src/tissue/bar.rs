@@ -10,11 +10,11 @@ use crate::tissue::per_sphere::PerSphere;
 pub(crate) struct Bar {
     /// Length at rest, m.
     pub(crate) rest_length_m: f32,
-    /// Compliance over dt²: stretch per impulse over dt, 1/kg.
+    /// Compliance divided by dt² (`α̃` of XPBD), 1/kg.
     pub(crate) scaled_compliance_per_kg: f32,
 }
 
-/// Compliance over dt², 1/kg, of a bar of which the intact share is `intact`. `per_step_s2` is
+/// Compliance divided by dt², 1/kg, of a bar whose intact share is `intact`. `per_step_s2` is
 /// 1/dt².
 #[inline(always)]
 pub(crate) fn scaled_compliance_per_kg(compliance_m_n: f32, intact: f32, per_step_s2: f32) -> f32 {
@@ -28,17 +28,17 @@ pub(crate) fn scaled_compliance_per_kg(compliance_m_n: f32, intact: f32, per_ste
 }
 
 impl Bar {
-    /// Displacement per inverse mass of an end at `difference` from the other, m kg. The inverse
-    /// masses sum to `weight_sum`. Coincident ends have no direction and are left alone.
+    /// Positional impulse on one end, m kg. `difference` points to it from the other end, m. The
+    /// inverse masses sum to `weight_sum`. Coincident ends have no direction and get no impulse.
     #[inline(always)]
     pub(crate) fn push(&self, difference: Lanes, weight_sum: f32) -> Lanes {
         let length_m = math::sqrt(difference.norm_squared());
         difference.scaled(self.push_factor(length_m, weight_sum, 0.0, length_m))
     }
 
-    /// Factor on the difference of its ends that gives the push on a bar of this length, kg.
-    /// `last_length_m` is its length after its last projection. `rate` is the retardation time over
-    /// the substep: weight of the strain rate relative to the strain.
+    /// Positional impulse on one end as a factor on the difference of the ends, kg. `last_length_m`
+    /// is the length after the last projection. `rate` is the retardation time divided by the
+    /// substep: the weight of the strain rate relative to the strain.
     #[inline(always)]
     fn push_factor(&self, length_m: f32, weight_sum: f32, rate: f32, last_length_m: f32) -> f32 {
         let resistance = (1.0 + rate) * weight_sum + self.scaled_compliance_per_kg;
@@ -50,8 +50,8 @@ impl Bar {
         -error / (resistance * length_m)
     }
 
-    /// Projects the bar between two spheres. `last_length_m` is its length after its last
-    /// projection, and receives its length after this one.
+    /// Projects the bar between two spheres. `last_length_m` is its length after the last
+    /// projection; the method updates it.
     #[inline(always)]
     pub(crate) fn project(
         &self,

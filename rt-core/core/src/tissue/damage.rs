@@ -1,10 +1,10 @@
 //! Damage of elastic links and attachments: torn, cut or burnt.
 //!
 //! A link is a bundle of fibres that tear one after another (a cohesive law). Its force rises with
-//! its stiffness `k` up to a stretch `s`, in m, and falls at the same rate to zero at `2 s`. The
-//! whole tear takes the energy `k s²`. So `s = √(G c)` follows from the compliance `c` and the
-//! energy `G` of the tear, which is toughness times area. A half-torn link unloads along a straight
-//! line to zero, so no cycle yields energy.
+//! its stiffness `k` up to a stretch `s`, in m, and falls with the slope `−k` to zero at `2 s`. A
+//! complete tear takes the energy `G = k s²`, which is toughness times area. So `s = √(G c)`
+//! follows from `G` and the compliance `c = 1/k`. A half-torn link unloads along a straight line to
+//! zero, so no cycle yields energy.
 
 use crate::capacity::{MAX_ATTACHMENTS, MAX_LINKS, MAX_ORGANS};
 use crate::math::{self, Vec3};
@@ -36,7 +36,7 @@ fn damage_at_stretch(damage: f32, stretch_m: f32, elastic_stretch_m: f32) -> f32
 pub(crate) struct Damage {
     links: [f32; MAX_LINKS],
     ties: [f32; MAX_ATTACHMENTS],
-    /// Rest length of each organ's links, as a share of the length in the scene.
+    /// Rest length of each organ's links, as a share of their length in the scene.
     rest_length_share: [f32; MAX_ORGANS],
 }
 
@@ -104,7 +104,7 @@ impl Damage {
     /// Damages the attachment with this index until at most this share of its stiffness remains.
     pub(crate) fn weaken_tie(&mut self, tie: usize, share: f32) {
         if let Some(damage) = self.ties.get_mut(tie) {
-            // The law is its own inverse.
+            // `intact_share` is its own inverse.
             *damage = damage.max(intact_share(share));
         }
     }
@@ -115,7 +115,7 @@ impl Damage {
     }
 }
 
-/// A link or attachment as it lies after a tick.
+/// A link or attachment in its position after a tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct BarView {
     /// Organ of its first end.
@@ -126,8 +126,8 @@ pub(crate) struct BarView {
     pub(crate) ends_m: [Vec3; 2],
     /// Radius, m.
     pub(crate) radius_m: f32,
-    /// Cross-section that it represents, m². The links of one tube share the cross-section of the
-    /// tube.
+    /// Cross-section that it represents, m². The links along a tube divide the cross-section of the
+    /// tube among them.
     pub(crate) area_m2: f32,
     rest_length_m: f32,
     /// Energy that tears it, J; 0 if it cannot tear.
@@ -190,10 +190,10 @@ pub(crate) fn tear_all(scene: &Scene<'_>, bodies: &mut Bodies, torn: impl FnMut(
 /// Margin of the quick test, as a share: larger than its rounding error.
 const QUICK_TEST_MARGIN: f32 = 0.999;
 
-/// Damages every link and attachment of organs that move. `new_damage` receives each with its
-/// damage and returns the new damage. `new_damage` is not called where `is_spared` is true;
-/// `is_spared` receives the ends, m, the rest length, m, and the square of the stretch at which
-/// tearing begins, m². `severed` receives each that was severed.
+/// Damages the links and attachments of organs that move. `new_damage` receives each of them with
+/// its damage, and returns the new damage. It is not called where `is_spared` is true; `is_spared`
+/// receives the ends, m, the rest length, m, and the square of the stretch at which tearing begins,
+/// m². `severed` receives each link or attachment that this call severs.
 pub(crate) fn damage_all(
     scene: &Scene<'_>,
     bodies: &mut Bodies,
@@ -282,7 +282,7 @@ pub(crate) fn damage_all(
     }
 }
 
-/// Spares nothing: see [`damage_all`].
+/// Argument `is_spared` of [`damage_all`] that spares nothing.
 pub(crate) const fn spare_none(
     _ends_m: &[Vec3; 2],
     _rest_length_m: f32,
@@ -294,8 +294,8 @@ pub(crate) const fn spare_none(
 /// Cross-section of a suture, m²: 3-0, 0.2 mm thick.
 const SUTURE_AREA_M2: f32 = 3.1e-8;
 
-/// Cross-section of an attachment, m²: its energy of tearing over the toughness of the weaker of
-/// the two organs. An attachment that cannot tear counts as a suture.
+/// Cross-section of an attachment, m²: its energy of tearing divided by the toughness of the weaker
+/// of the two organs. An attachment that cannot tear counts as a suture.
 fn tie_area_m2(scene: &Scene<'_>, organs: &PerSphere<u8>, tie: &Attachment) -> f32 {
     let toughness = |sphere| scene.material_of(*organs.at(sphere)).toughness_j_m2;
     let own_j_m2 = toughness(tie.sphere);
@@ -310,8 +310,8 @@ fn tie_area_m2(scene: &Scene<'_>, organs: &PerSphere<u8>, tie: &Attachment) -> f
     }
 }
 
-/// `Γ / E`: a link of length `L` and compliance `c = L / (E A)` tears by `Γ A = Γ L / (E c)`, at a
-/// stretch of `√(Γ L / E)`.
+/// `Γ / E`, toughness over Young's modulus, m. A link of length L and compliance `c = L / (E A)`
+/// takes the energy `Γ A = Γ L / (E c)` to tear, and begins to tear at the stretch `√(Γ L / E)`.
 fn tear_length_m(material: &Material) -> f32 {
     material.toughness_j_m2 / material.young_pa.max(f32::MIN_POSITIVE)
 }
@@ -325,8 +325,8 @@ mod tests {
     #[test]
     fn damage_grows_as_computed_by_hand() {
         assert!((intact_share(0.0) - 1.0).abs() < f32::EPSILON && intact_share(1.0) <= 0.0);
-        // At one and a half times the stretch `s`, half of the force is left: a third of the
-        // stiffness.
+        // At one and a half times the stretch `s`, half of the largest force remains: a third of
+        // the stiffness.
         assert!((intact_share(0.5) - 1.0 / 3.0).abs() < 1.0e-6);
         // Damage grows in bounded steps and never falls.
         assert!((damage_at_stretch(0.0, 0.009, 0.003) - 0.02).abs() < 1.0e-6);

@@ -10,7 +10,7 @@ use crate::tissue::{Bodies, neo_hookean};
 /// Largest speed of a sphere, m/s. An instrument is slower. A faster sphere could pass through its
 /// neighbour in one tick.
 const SPEED_MAX_M_S: f32 = 3.0;
-/// Largest displacement of a sphere from rest along an axis, m. A sphere beyond it has diverged.
+/// Largest displacement of a sphere from rest along an axis, m. Beyond it, the solver has diverged.
 const DISPLACEMENT_MAX_M: f32 = 10.0;
 
 /// Time constant of the low-pass filter that gives a sphere's trail, ticks. A longer filter also
@@ -39,8 +39,8 @@ impl Bounds {
         self.high_m = self.high_m.sup(&(center_m + r));
     }
 
-    /// Bounding box of the part of the segment from `a_m` to `b_m` that lies within `reach_m` of
-    /// this box, grown by `reach_m`. Empty if the segment does not come near.
+    /// Bounding box, grown by `reach_m`, of the part of the segment from `a_m` to `b_m` that lies
+    /// in this box grown by `reach_m`. Empty if there is no such part.
     pub(crate) fn within(&self, a_m: &Vec3, b_m: &Vec3, reach_m: f32) -> Self {
         let along_m = b_m - a_m;
         let (mut from, mut to) = (0.0f32, 1.0f32);
@@ -126,7 +126,7 @@ impl Bodies {
         quarantined
     }
 
-    /// Notes the steps of an organ's spheres, before the tools act on them.
+    /// Stores the steps of an organ's spheres before the tools act on them.
     pub(crate) fn store_steps_before_tools(&mut self, organ: &Organ) {
         let memory = self.warm_start.of(organ).spheres;
         let nodes = self.nodes.range(organ.sphere_start, organ.sphere_count);
@@ -136,8 +136,8 @@ impl Bodies {
     }
 
     /// Net speed of the fastest free sphere of an organ over the last ticks, m/s. Also advances the
-    /// trails. Heavily loaded spheres alternate between places micrometres apart, which does not
-    /// count.
+    /// trails. Heavily loaded spheres alternate between places micrometres apart; the filter
+    /// removes this.
     pub(crate) fn net_speed_m_s(&mut self, organ: &Organ) -> f32 {
         let (start, count) = (organ.sphere_start, organ.sphere_count);
         let trails = self.trail_m.range_mut(start, count).iter_mut();

@@ -1,4 +1,4 @@
-//! Elastic links of tubes, and of tissue that no tetrahedron joins.
+//! Elastic links of tubes, and of tissue without tetrahedra.
 
 use heapless::Vec;
 
@@ -15,15 +15,15 @@ struct OrganLinks {
     count: u32,
     /// 1/dt², with dt the length of the substep.
     per_step_s2: f32,
-    /// Weight of the strain rate relative to the strain: retardation time over dt.
+    /// Weight of the strain rate relative to the strain: retardation time divided by dt.
     rate: f32,
-    /// Rest length, as a share of the length in the scene.
+    /// Rest length of the links, as a share of their length in the scene.
     rest_length_share: f32,
 }
 
 /// Projects the elastic links of these organs. The links of each organ keep their order. Links that
-/// share a sphere wait for each other; in a thin tube, links that are close in the list share one.
-/// So the organs take turns, link by link, and the processor works on several at a time.
+/// share a sphere depend on each other, and in a thin tube neighbours in the list do. So the organs
+/// take turns, link by link, and the processor can work on several links at a time.
 pub(crate) fn project(scene: &Scene<'_>, organs: impl Iterator<Item = u8>, bodies: &mut Bodies) {
     let mut all: Vec<OrganLinks, MAX_ORGANS> = Vec::new();
     let mut count_max = 0;

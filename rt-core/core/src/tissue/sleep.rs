@@ -34,9 +34,8 @@ impl Sleep {
         }
     }
 
-    /// Records the speed of an organ after a tick in which it was simulated, m/s: the low-passed
-    /// speed of its fastest sphere (`Bodies::net_speed_m_s`). Returns true if the organ is now
-    /// asleep.
+    /// Records the speed of an organ after a tick in which it was simulated, m/s: the net speed of
+    /// its fastest sphere (`Bodies::net_speed_m_s`). Returns true if the organ is now asleep.
     pub(crate) fn record_speed(&mut self, organ: usize, speed_m_s: f32) -> bool {
         if let Some(ticks) = self.rest_ticks.get_mut(organ) {
             let is_at_rest = speed_m_s < REST_SPEED_M_S;
@@ -49,8 +48,8 @@ impl Sleep {
         self.is_asleep(organ)
     }
 
-    /// True if the organ moved in its last tick, or was just woken: it then wakes organs next to
-    /// it.
+    /// True if the organ moved in its last tick or was just woken. Such an organ wakes organs next
+    /// to it.
     pub(crate) fn wakes_neighbours(&self, organ: usize) -> bool {
         self.rest_ticks.get(organ) == Some(&0)
     }

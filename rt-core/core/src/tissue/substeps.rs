@@ -8,16 +8,17 @@ use crate::tissue::{Bodies, Solver, attachment};
 pub(crate) trait Coupling {
     /// Called in each substep of this organ, before its constraints.
     fn pre_solve(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies);
-    /// Projects the constraints between organs that are due in the finest substep `now` of the
-    /// tick.
+    /// Projects the constraints between organs that are due. `now` is the index of the finest
+    /// substep within the tick.
     fn couple(&mut self, _now: u32, _bodies: &mut Bodies) {}
-    /// Called after the constraints of each substep of this organ except the last. `share` is the
-    /// share of the tick that has passed at the substep's end.
+    /// Called after the constraints of each substep of this organ except the last of the tick.
+    /// `share` is the share of the tick that has passed when the substep ends.
     fn post_solve(&mut self, organ: u8, share: f32, step_s: f32, bodies: &mut Bodies);
 }
 
-/// Advances every organ that `moves` through the tick. The caller ends the last substep: it applies
-/// the couplings, then calls `Bodies::advance`. Returns the number of spheres that were put back.
+/// Advances every organ of `moves` through the tick. The caller ends the last substep: it applies
+/// the couplings, then calls `Bodies::advance`. Returns the number of spheres that were quarantined
+/// (reset to their last place).
 pub(crate) fn run(
     scene: &Scene<'_>,
     solver: &mut impl Solver,
@@ -57,7 +58,8 @@ pub(crate) fn run(
     quarantined
 }
 
-/// Organs that move, each with its index and the length of its substep in finest substeps.
+/// Organs that move, each with its index and the length of its substep in units of the finest
+/// substep.
 fn moving<'a>(
     scene: &'a Scene<'_>,
     moves: &'a [bool; MAX_ORGANS],

@@ -1,7 +1,7 @@
 //! State of the sutures that hang organs on the abdominal wall.
 //!
-//! The scene places the sutures. A task can take them down; then the trainee places each one
-//! (`sim/sew.rs`), and the scene gives only the height of the wall and the shortening of the
+//! The scene places the sutures. A task can take them down; then the trainee places each of them
+//! (`sim/sew.rs`). The scene then gives only the height of the wall and the shortening of the
 //! suture.
 
 use heapless::Vec;
@@ -12,7 +12,7 @@ use crate::math::{self, Vec3};
 use crate::scene::{Anchor, Attachment, Scene, is_suture};
 use crate::tissue::damage::Damage;
 
-/// Share by which a hung suture is drawn in per tick: it has its final length after two seconds.
+/// Progress of drawing in a hung suture per tick: it has its final length after two seconds.
 const DRAW_IN_STEP: f32 = 0.000_5;
 
 /// Stage of placing a suture.
@@ -21,7 +21,7 @@ const DRAW_IN_STEP: f32 = 0.000_5;
 pub enum Placed {
     /// Not placed.
     Away = 0,
-    /// Passes through the organ; the other end is at the instrument.
+    /// Passes through the organ; its other end is at the instrument.
     AtHand = 1,
     /// Hangs the organ on the wall.
     Hung = 2,
@@ -47,7 +47,7 @@ pub struct Suture {
     is_cut: bool,
 }
 
-/// Sutures of a scene to the world, in the order of its attachments.
+/// Sutures of a scene, in the order of its attachments.
 #[derive(Debug, Clone)]
 pub(crate) struct Sutures {
     all: Vec<Suture, MAX_SUTURES>,
@@ -106,8 +106,8 @@ impl Sutures {
         }
     }
 
-    /// The attachment in its present state; `None` if it holds nothing now. `suture` is the
-    /// suture's number if the attachment is one.
+    /// The attachment in its present state; `None` if it is a suture that is not hung. `suture` is
+    /// the number of the suture, if the attachment is a suture.
     #[inline]
     pub(crate) fn current(&self, tie: &Attachment, suture: Option<u8>) -> Option<Attachment> {
         if let Some(number) = suture {

@@ -1,4 +1,4 @@
-//! Beads along the tubes: balls with which tools collide, of organs without a contact skin.
+//! Beads along tubes: the balls with which tools collide on organs without a contact skin.
 
 use heapless::Vec;
 
@@ -7,14 +7,14 @@ use crate::math::{self, Vec3};
 use crate::scene::{Link, Organ, Scene};
 use crate::tissue::{Adjacency, Bodies};
 
-/// Largest distance between two beads, in radii: the tube is then nearly smooth. A smaller value
-/// costs more beads.
+/// Largest distance between two beads, in radii. Beads this close make a nearly smooth tube; a
+/// smaller distance costs more beads.
 const SPACING_RADII: f32 = 0.75;
 /// Largest number of beads between two spheres.
 const BEADS_PER_SEGMENT_MAX: u16 = 4;
 
-/// A place on a tube's centre line, between two spheres. A sphere that belongs to no tube is one
-/// bead.
+/// A place on a tube's centre line, between two spheres. A sphere that belongs to no tube is a bead
+/// by itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Bead {
     pub(crate) a: u16,
@@ -103,8 +103,8 @@ impl Beads {
             let links = (organ.link_start..).zip(scene.links_of(organ));
             links.filter(|(_, link)| is_segment(link, scene, adjacency))
         };
-        // A line, even one that forks and closes, has about as many steps as spheres. An organ with
-        // more steps is not a tube.
+        // A line of spheres, even one that forks and closes, has about as many segments as spheres.
+        // An organ with more segments is not a tube.
         let segments_max = organ.sphere_count + organ.sphere_count / 8 + 1;
         let count = segments().count();
         // Spheres always find room as single beads, even if the beads between them do not.
@@ -151,7 +151,7 @@ impl Beads {
         (start..end).zip(own.unwrap_or(&[]))
     }
 
-    /// Steps along the tubes of the organ with this index.
+    /// Segments of the tubes of the organ with this index.
     pub(crate) fn segments_of(&self, organ: u8) -> impl Iterator<Item = TubeSegment> {
         self.of(organ).filter_map(|(_, bead)| {
             // The first bead on each link.
@@ -170,8 +170,8 @@ impl Beads {
     }
 }
 
-/// True if a link joins successive spheres: no third sphere that both are linked to lies nearer to
-/// both.
+/// True if a link joins successive spheres of a tube: no third sphere is linked to both and nearer
+/// to each of them than they are to each other.
 fn is_segment(link: &Link, scene: &Scene<'_>, adjacency: &Adjacency) -> bool {
     let length_m = |a: u32, b: u32| rest_length_m(a, b, scene);
     let link_m = length_m(link.a, link.b);

@@ -1,10 +1,10 @@
 //! Layered tissue (fat, connective tissue) that is removed cell by cell.
 //!
-//! A cell is removed when it has taken the energy that boils it away (`burn`), or when the
-//! attachments of its sphere have torn (`strand`). The contact skin sinks by the thickness that is
-//! missing under it (`Cells::sunk_m`). A sphere that has lost all cells meets nothing. The
-//! stiffness of a sphere's links and attachments falls with the share of its cells that is left.
-//! All of this depends on the set of removed cells, not on their order.
+//! A cell is removed when it has absorbed the energy that boils it away (`burn`), or when the
+//! attachments of its sphere have torn (`strand`). The contact skin sinks by the thickness of the
+//! removed cells under it (`Cells::sunk_m`). A sphere that has lost all cells touches nothing. The
+//! stiffness of a sphere's links and attachments falls with the remaining share of its cells. All
+//! of this depends on the set of removed cells, not on the order of removal.
 
 mod strand;
 #[cfg(test)]
@@ -21,10 +21,10 @@ use crate::words::{Event, EventKind, SphereBits};
 /// Value in `Cells::heat_code` of a removed cell.
 pub const REMOVED: u8 = u8::MAX;
 
-/// Depth added to a contact skin under which nothing is left, m: more than the distance at which
+/// Depth added to a contact skin under which no cell is left, m: more than the distance at which
 /// tools are tracked.
 const OPEN_DEPTH_M: f32 = 0.015;
-/// Largest number of cells behind each other under a contact vertex.
+/// Largest number of cells in the column under a vertex of the contact skin.
 const COLUMN_CELLS_MAX: usize = 32;
 /// Unit in which volumes are summed, m³ (10 µm cubed). Sums of integers do not depend on their
 /// order.
@@ -33,17 +33,17 @@ const VOLUME_UNIT_M3: f32 = 1.0e-15;
 /// State of every cell.
 #[derive(Debug, Clone)]
 pub(crate) struct Cells {
-    /// Heat taken, J.
+    /// Heat absorbed, J.
     heat_j: [f32; MAX_CELLS],
-    /// Share of the energy taken, 0 to 254, or [`REMOVED`].
+    /// Heat absorbed as a share of the energy that removes the cell, 0 to 254; or [`REMOVED`].
     heat_code: [u8; MAX_CELLS],
     /// True if a neighbour is missing or removed.
     is_exposed: [bool; MAX_CELLS],
-    /// Volume of the cells of each sphere, at first and remaining, in [`VOLUME_UNIT_M3`].
+    /// Initial and remaining volume of the cells of each sphere, in [`VOLUME_UNIT_M3`].
     initial_units: PerSphere<u32>,
     remaining_units: PerSphere<u32>,
     removed: u32,
-    /// Hash of everything that was given and removed since the last reset.
+    /// Hash of all heat and removals since the last reset.
     history: Hash,
 }
 
@@ -102,13 +102,13 @@ impl Cells {
         self.history = Hash::new();
     }
 
-    /// Heat taken by each of the first `count` cells, as a share of the energy that removes it, 0
-    /// to 254; or [`REMOVED`].
+    /// Heat absorbed by each of the first `count` cells, as a share of the energy that removes it,
+    /// 0 to 254; or [`REMOVED`].
     pub(crate) fn heat_code(&self, count: usize) -> &[u8] {
         self.heat_code.get(..count).unwrap_or(&self.heat_code)
     }
 
-    /// Hash of everything that was done to cells.
+    /// Hash of all heat and removals since the last reset.
     pub(crate) fn history(&self) -> u32 {
         self.history.folded()
     }
@@ -165,8 +165,8 @@ impl Cells {
         if count > 0.0 { sum_m / count } else { 0.0 }
     }
 
-    /// Gives heat to a cell. Returns true if the heat suffices to remove the cell, which the caller
-    /// then does ([`Bodies::remove_cell`]).
+    /// Adds heat to a cell. Returns true if the absorbed heat suffices to remove the cell; the
+    /// caller then removes it ([`Bodies::remove_cell`]).
     pub(crate) fn add_heat(&mut self, index: u16, cell: &Cell, energy_j: f32) -> bool {
         let place = usize::from(index);
         let (Some(heat_j), Some(heat_code)) =
@@ -181,13 +181,13 @@ impl Cells {
         }
         *heat_j = (*heat_j + energy_j).min(cell.energy_j);
         let share = *heat_j / cell.energy_j;
-        *heat_code = (share * f32::from(REMOVED - 1)) as u8; // `as` cuts off
+        *heat_code = (share * f32::from(REMOVED - 1)) as u8; // `as` truncates
         self.history.word(u32::from(index));
         self.history.float(*heat_j);
         share >= 1.0
     }
 
-    /// Marks a cell as removed. Returns true if it was there.
+    /// Marks a cell as removed. Returns true if it was present.
     fn mark_removed(&mut self, index: u16, cell: &Cell, scene: &Scene<'_>) -> bool {
         if !self.is_present(index) {
             return false;
@@ -217,7 +217,7 @@ fn volume_units(cell: &Cell) -> u32 {
 }
 
 impl Bodies {
-    /// Present middle of a cell, world frame, m.
+    /// Present position of a cell's middle, world frame, m.
     pub(crate) fn cell_at_m(&self, cell: &Cell) -> Vec3 {
         let mut at_m = Vec3::zeros();
         for (sphere, weight) in cell.spheres.iter().zip(cell.weights) {
@@ -226,8 +226,8 @@ impl Bodies {
         at_m + cell.center_m
     }
 
-    /// Removes every cell whose middle `is_cleared`, without an event. O(cells · attachments): at
-    /// the start of a task.
+    /// Removes every cell whose middle `is_cleared`, without an event. Used at the start of a task.
+    /// O(cells · attachments).
     pub(crate) fn clear_cells(
         &mut self,
         scene: &Scene<'_>,
@@ -236,7 +236,7 @@ impl Bodies {
         for (index, cell) in (0u16..).zip(scene.layers.cells) {
             let at_m = self.cell_at_m(cell);
             if is_cleared(self, &at_m) {
-                let _ = self.remove_cell(index, scene); // none if it is gone already
+                let _ = self.remove_cell(index, scene); // `None` if it is removed already
             }
         }
     }

@@ -1,5 +1,5 @@
-//! Strands of a layered sheet. When all attachments of a sphere to another organ have torn, its
-//! cells hang on nothing and are removed.
+//! Strands of a layered sheet: the cells of one sphere. When all attachments of the sphere to
+//! another organ have torn, its cells hang on nothing and are removed.
 
 use super::Removed;
 use crate::math::Vec3;
@@ -7,16 +7,16 @@ use crate::scene::{Anchor, Attachment, Scene};
 use crate::tissue::Bodies;
 use crate::words::SphereBits;
 
-/// Share of the difference to a neighbour's displacement by which a sphere without cells moves in a
-/// tick.
+/// Share of the difference from a neighbour's displacement by which a sphere without cells moves in
+/// a tick.
 const FOLLOW_SHARE: f32 = 0.25;
 /// Largest number of cells removed in one tick, so that their events find room; the rest follow in
 /// later ticks.
 const REMOVALS_PER_TICK_MAX: usize = 8;
 
 impl Bodies {
-    /// Removes the cells of a torn strand, one strand at a time. O(attachments), and O(cells) where
-    /// one has torn.
+    /// Removes the cells of a torn strand, one strand at a time. O(attachments); O(attachments +
+    /// cells) when a strand has torn.
     pub(crate) fn tear_cells(&mut self, scene: &Scene<'_>, mut removed: impl FnMut(Removed)) {
         if scene.layers.cells.is_empty() {
             return;
@@ -39,8 +39,9 @@ impl Bodies {
     }
 
     /// Moves each sphere without cells with its neighbours. Such a sphere is attached to nothing
-    /// and would fall, while neighbouring cells and the picture still follow it in part. In organs
-    /// with tetrahedra, the tetrahedra hold the sphere. O(links of organs without tetrahedra).
+    /// and would fall, and with it the neighbouring cells and the drawn skin, which it still
+    /// carries in part. In organs with tetrahedra, the tetrahedra hold the sphere. O(links of
+    /// organs without tetrahedra).
     pub(crate) fn move_spheres_without_cells(&mut self, scene: &Scene<'_>) {
         if self.cells.removed == 0 {
             return;

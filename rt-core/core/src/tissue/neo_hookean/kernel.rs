@@ -1,10 +1,10 @@
 //! One pass over the tetrahedra of an organ, eight at a time.
 //!
-//! Cost: a tetrahedron takes about 430 additions and multiplications and three divisions, eight to
-//! an instruction. It reads 72 bytes of its own in order, and reads and writes 40 bytes of its
-//! memory (`BatchMemory`). Per corner it gathers 32 bytes from nodes in the second-level cache, and
-//! scatters 16. The rate at which a core issues instructions bounds the kernel, not memory. To
-//! count them:
+//! Cost: a tetrahedron takes about 430 additions and multiplications and three divisions; one
+//! instruction serves eight tetrahedra. A tetrahedron reads 72 bytes of its record and 40 bytes of
+//! its memory (`BatchMemory`) in order, and writes the 40 bytes back. Per corner it gathers 32
+//! bytes from nodes in the second-level cache, and scatters 16. The instruction rate of the core
+//! limits the kernel, not memory. To count the instructions:
 //!
 //! ```text
 //! cargo build --release -p rt-core --example cost
@@ -20,13 +20,13 @@ use crate::tissue::warm_start::BatchMemory;
 /// Squared norm of the cofactor matrix (3 at rest) below which a tetrahedron counts as crushed to a
 /// line or a point. Its volume constraint then has no gradient that would open it.
 const CRUSHED: f32 = 0.2;
-/// Largest addition to the diagonal of `F` by which a crushed tetrahedron counts as more open than
-/// it is.
+/// Largest addition to the diagonal of `F` of a crushed tetrahedron, which makes it appear more
+/// open than it is.
 const OPENING_MAX: f32 = 0.5;
 
 /// Largest share by which the corners of an inverted tetrahedron are drawn towards their mean
-/// displacement in a pass. 0.1 leaves knots in a scrambled liver (`scrambled_it_comes_back`), and
-/// 0.8 shakes one that was pulled to five times its length.
+/// displacement in a pass. 0.1 leaves knots in a scrambled liver (`scrambled_it_comes_back`); 0.8
+/// shakes a liver that was pulled to five times its length.
 const CONTRACTION_MAX: f32 = 0.4;
 
 /// An organ's elasticity for one substep.
@@ -34,7 +34,7 @@ const CONTRACTION_MAX: f32 = 0.4;
 pub(super) struct Moduli {
     /// `μ dt²`, N s²/m².
     pub(super) shear: f32,
-    /// `μ/λ` with `λ = λ₀ + μ`.
+    /// `μ/λ`, with `λ = λ₀ + μ`.
     pub(super) shear_over_bulk: f32,
     /// `γ = 1 + μ/λ`: with it, the stress of an undeformed tetrahedron is zero.
     pub(super) rest_volume: f32,
@@ -54,7 +54,7 @@ pub(super) fn project(
     #[cfg(target_arch = "x86_64")]
     if has_avx::get() {
         #[allow(unsafe_code)] // as in `wide::avx` and `math::sqrt`
-        // SAFETY: the processor has just said that it has AVX.
+        // SAFETY: `has_avx` has just found AVX on this processor.
         return unsafe { project_avx(nodes, batches, last, moduli) };
     }
     project_plain(nodes, batches, last, moduli);
@@ -116,12 +116,12 @@ type Symmetric<W> = [W; 6];
 /// J⁺ = det F + (cof F : (Y − F) + p (cof F : (cof F − Z))) / (1 + s)
 /// ```
 ///
-/// `s` weighs the change of `F` in this projection, and has no effect at rest. The direction `cof
-/// F` of the pressure turns with `F`, by at most `|p|` times that change. So `s` is the size of the
-/// pressure `p` at `F`, but at least 1, which is its size without load. `r` is the retardation time
-/// over dt, and `J'` is `J⁺` of the last substep.
+/// `s` resists the change of `F` in this projection, and has no effect at rest. It is needed
+/// because the direction `cof F` of the pressure changes with `F`, by at most `|p|` times that
+/// change. So `s` is the size of the pressure `p` at `F`, and at least 1, its size without load.
+/// `r` is the retardation time divided by dt, and `J'` is `J⁺` of the last substep.
 ///
-/// No closure here: a closure that is not inlined would be compiled without the wide registers.
+/// There are no closures here, because a closure that is not inlined would be compiled without AVX.
 #[inline(always)]
 fn project_batch<W: Wide>(
     nodes: &mut PerSphere<Node>,
@@ -212,14 +212,14 @@ fn stress<W: Wide>(
     sub_all(&scale_all(&z, p), &y)
 }
 
-/// Draws the displacements of an inverted tetrahedron's corners together, without moving their
-/// common centre of mass. Elasticity alone turns an inverted tetrahedron back in ways that wind
-/// tissue into knots, and a knot is an equilibrium. Corners that are drawn together leave the knot.
+/// Displacements that contract an inverted tetrahedron without moving its centre of mass.
+/// Elasticity alone can turn an inverted tetrahedron back in ways that wind tissue into knots, and
+/// a knot is an equilibrium. Contraction takes the corners out of the knot.
 #[inline(always)]
 fn contraction<W: Wide>(edges: &[Vec3<W>; 3], weights: &[W; 4], volume: W) -> [Vec3<W>; 4] {
     let zero = W::splat(0.0);
     let inversion = zero.sub(volume).max(zero);
-    // The smaller of two, as the negative of the larger of their negatives.
+    // The minimum of two, as the negative of the maximum of their negatives.
     let share = zero.sub(
         zero.sub(inversion.mul(W::splat(10.0)))
             .max(W::splat(-CONTRACTION_MAX)),
@@ -248,7 +248,7 @@ fn gather<W: Wide>(nodes: &PerSphere<Node>, spheres: &[u16; LANES]) -> Corner<W>
     let [a, b, c, d, e, f, g, h] = *spheres;
     let [a, b, c, d] = [at(nodes, a), at(nodes, b), at(nodes, c), at(nodes, d)];
     let [e, f, g, h] = [at(nodes, e), at(nodes, f), at(nodes, g), at(nodes, h)];
-    // The steps have a zero in the lane of the weight.
+    // The steps have zero in the spare lane, so the sum keeps the weight there.
     let rows = [
         a.moved_m + a.step_m,
         b.moved_m + b.step_m,
@@ -384,7 +384,7 @@ fn row<W: Wide>(edges: &[Vec3<W>; 3], gradients: &[Vec3<W>; 3], i: usize) -> Vec
 }
 
 /// `det F` and the cofactor matrix, by rows. A crushed tetrahedron gets the values of a matrix that
-/// is a little more open in every direction, and so opens.
+/// is a little more open in every direction, so that its volume constraint opens it.
 #[inline(always)]
 fn volume_and_cofactor<W: Wide>(f: &[Vec3<W>; 3]) -> (W, [Vec3<W>; 3]) {
     let closed = cofactor(f);

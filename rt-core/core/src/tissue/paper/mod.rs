@@ -23,7 +23,8 @@ use crate::tissue::{Adjacency, Bodies, Solver};
 /// O(iterations · links).
 #[derive(Debug, Clone)]
 pub struct Paper {
-    /// Iterations in a tick. Raising it stiffens the tissue: the known fault of the paper's method.
+    /// Iterations in a tick. A larger number stiffens the tissue, which is a known fault of the
+    /// paper's method.
     iterations: u32,
     /// Copies of the spheres of the organ that is projected.
     spheres: PerSphere<PaperSphere>,
@@ -40,7 +41,7 @@ impl Paper {
     }
 }
 
-/// A sphere as this method stores it: half a cache line.
+/// A sphere's state in this method: half a cache line.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(32))]
 struct PaperSphere {
@@ -148,7 +149,7 @@ mod tests {
         let scene = Scene::new(&organs, &spheres, &links, room()).unwrap();
         let mut bodies = Box::new(Bodies::new());
         let mut paper = Box::new(Paper::new(1));
-        // Length that one projection takes off a link that is 4 mm too long, m.
+        // Amount by which one projection shortens a link that is 4 mm too long, m.
         let mut taken_m = |damage: f32| {
             bodies.load(&scene);
             bodies.begin(&scene, true);
