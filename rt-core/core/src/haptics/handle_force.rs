@@ -16,7 +16,7 @@ pub(crate) struct Felt {
     /// high.
     pub(crate) stiffness_n_m: f32,
     /// Stiffness at the handle within a tick, before the held tissue yields, N/m; never too low.
-    pub(crate) at_once_n_m: f32,
+    pub(crate) instant_stiffness_n_m: f32,
 }
 
 /// Sums the forces of all contacts and of the held tissue at the handle. Where `renders_torque` is
@@ -34,7 +34,7 @@ pub(crate) fn felt(
     let mut stiffness_n_m = Matrix3::zeros();
     let mut grip_n_m = 0.0;
     let mut add_spring = |at_m: &Vec3, normal: &Vec3, k: f32| {
-        let way = handle_way(kinematics, world_from_handle, at_m, normal);
+        let way = force_at_handle(kinematics, world_from_handle, at_m, normal);
         stiffness_n_m += way * way.transpose() * k;
     };
     let felt = |contact: &&ContactForce| contact.tool == Tool::Instrument;
@@ -42,7 +42,7 @@ pub(crate) fn felt(
         at_port += kinematics.wrench(&contact.at_m, &contact.whole_force_n());
         add_spring(&contact.at_m, &contact.normal, contact.stiffness_n_m);
         if contact.friction_stiffness_n_m > 0.0 {
-            let x = math::across(&contact.normal);
+            let x = math::perpendicular(&contact.normal);
             for along in [x, contact.normal.cross(&x)] {
                 add_spring(&contact.at_m, &along, contact.friction_stiffness_n_m);
             }
@@ -52,24 +52,24 @@ pub(crate) fn felt(
         at_port += kinematics.wrench(&pull.at_m, &pull.force_n);
         for axis in [Vec3::x(), Vec3::y(), Vec3::z()] {
             add_spring(&pull.at_m, &axis, pull.stiffness_n_m);
-            let way = handle_way(kinematics, world_from_handle, &pull.at_m, &axis);
+            let way = force_at_handle(kinematics, world_from_handle, &pull.at_m, &axis);
             grip_n_m += way.norm_squared() * pull.grip_n_m;
         }
     }
     if !renders_torque {
         at_port = at_port.without_roll(&kinematics.axis(world_from_handle));
     }
-    let stiffness_n_m = stiffest(&stiffness_n_m);
+    let stiffness_n_m = stiffest_direction_n_m(&stiffness_n_m);
     Felt {
         wrench: kinematics.at_handle(world_from_handle, &at_port),
         stiffness_n_m,
-        at_once_n_m: stiffness_n_m + grip_n_m,
+        instant_stiffness_n_m: stiffness_n_m + grip_n_m,
     }
 }
 
 /// Force on the hand from a unit force along `normal` on the instrument at `at_m`, with a shaft
 /// that turns freely in the hand.
-fn handle_way(
+fn force_at_handle(
     kinematics: &Kinematics,
     world_from_handle: &Pose,
     at_m: &Vec3,
@@ -84,7 +84,7 @@ fn handle_way(
 /// Upper bound of the largest eigenvalue of a positive semidefinite matrix: `tr(M⁸)^⅛`, between
 /// that eigenvalue and `3^⅛ = 1.15` times it. When one contact's share of the matrix changes, the
 /// bound changes by no more than the stiffness of this share.
-fn stiffest(m: &Matrix3<f32>) -> f32 {
+fn stiffest_direction_n_m(m: &Matrix3<f32>) -> f32 {
     let size = m.trace();
     if size <= f32::MIN_POSITIVE {
         return 0.0;
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn along_the_shaft_it_passes_across_it_the_lever_turns_it() {
+    fn axial_force_passes_and_lateral_force_is_levered() {
         let tip = Vec3::new(0.0, 0.0, -0.1);
         let along = felt(&[contact(tip, Vec3::z())], None);
         assert!(is_force(&along, 0.0, 0.0, 2.0));
@@ -221,7 +221,7 @@ mod tests {
             let answer = |way: &Vec3| {
                 let mut sum = Vec3::zeros();
                 for c in &all {
-                    let given = LEVER.way_of(&handle(), &c.at_m, way).dot(&c.normal);
+                    let given = LEVER.displacement_at(&handle(), &c.at_m, way).dot(&c.normal);
                     let wrench = LEVER.wrench(&c.at_m, &(c.normal * (given * c.stiffness_n_m)));
                     let wrench = wrench.without_roll(&LEVER.axis(&handle()));
                     sum += LEVER.at_handle(&handle(), &wrench).force_n;
@@ -241,10 +241,10 @@ mod tests {
 
         /// The hand's work equals the contacts' work, in any direction of motion.
         #[test]
-        fn the_hand_gives_what_the_contacts_take(all in contacts(), way in vector(1.0)) {
+        fn work_of_the_hand_equals_work_of_the_contacts(all in contacts(), way in vector(1.0)) {
             let felt = super::felt(&all, None, &LEVER, &handle(), false);
             let taken: f32 = all.iter().map(|c| {
-                (c.normal * c.force_n).dot(&LEVER.way_of(&handle(), &c.at_m, &way))
+                (c.normal * c.force_n).dot(&LEVER.displacement_at(&handle(), &c.at_m, &way))
             }).sum();
             let tolerance = 1.0e-5 * (1.0 + all.len() as f32);
             prop_assert!((felt.wrench.force_n.dot(&way) - taken).abs() < tolerance);
@@ -252,7 +252,7 @@ mod tests {
 
         /// Force and stiffness are invariant under rotation of the room and reflection.
         #[test]
-        fn the_room_may_turn_and_be_mirrored(all in contacts(), turn in vector(3.0)) {
+        fn force_is_invariant_under_rotation_and_reflection(all in contacts(), turn in vector(3.0)) {
             let here = felt(&all, None);
             let turn = Quat::from_scaled_axis(turn);
             let turned: std::vec::Vec<ContactForce> = all.iter().map(|c| ContactForce {

@@ -19,7 +19,7 @@ const STIFFNESS_MIN_N_M: f32 = 50.0;
 /// Largest change of the displacement in a tick, m.
 const STEP_MAX_M: f32 = 0.001;
 /// Largest displacement of the instrument from the hand, m.
-const BEHIND_MAX_M: f32 = 0.05;
+const DISPLACEMENT_MAX_M: f32 = 0.05;
 /// Lower bound of the force limit, N. The instrument must be able to press on tissue even with a
 /// device that renders less.
 const LIMIT_MIN_N: f32 = 0.5;
@@ -28,38 +28,38 @@ const LIMIT_MIN_N: f32 = 0.5;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Proxy {
     /// Vector from the real handle to the virtual one, world frame, m.
-    behind_m: Vec3,
+    displacement_m: Vec3,
 }
 
 impl Proxy {
     /// No displacement.
     pub(crate) const AT_HAND: Self = Self {
-        behind_m: Vec3::new(0.0, 0.0, 0.0),
+        displacement_m: Vec3::new(0.0, 0.0, 0.0),
     };
 
     /// Pose of the virtual handle, which the instrument follows.
     pub(crate) fn handle(&self, world_from_hand: &Pose) -> Pose {
         let mut handle = *world_from_hand;
-        handle.translation.vector += self.behind_m;
+        handle.translation.vector += self.displacement_m;
         handle
     }
 
     /// Updates the displacement after a tick in which tissue pushed on the handle with `force_n`
     /// (world frame). The stiffness of this force is at most `stiffness_n_m`. The device renders at
     /// most `limit_n` of the force.
-    pub(crate) fn give_way(&mut self, force_n: &Vec3, stiffness_n_m: f32, limit_n: f32) {
-        let over_n = math::norm(force_n) - limit_n.max(LIMIT_MIN_N);
-        let step_m = GAIN * over_n.abs() / stiffness_n_m.max(STIFFNESS_MIN_N_M);
+    pub(crate) fn update(&mut self, force_n: &Vec3, stiffness_n_m: f32, limit_n: f32) {
+        let excess_n = math::norm(force_n) - limit_n.max(LIMIT_MIN_N);
+        let step_m = GAIN * excess_n.abs() / stiffness_n_m.max(STIFFNESS_MIN_N_M);
         let step_m = step_m.min(STEP_MAX_M);
-        if over_n > 0.0 {
-            let way = math::unit(force_n).unwrap_or_else(Vec3::zeros);
-            let behind_m = self.behind_m + way * step_m;
-            let most = BEHIND_MAX_M / math::norm(&behind_m).max(BEHIND_MAX_M);
-            self.behind_m = behind_m * most;
+        if excess_n > 0.0 {
+            let direction = math::unit(force_n).unwrap_or_else(Vec3::zeros);
+            let displacement_m = self.displacement_m + direction * step_m;
+            let scale = DISPLACEMENT_MAX_M / math::norm(&displacement_m).max(DISPLACEMENT_MAX_M);
+            self.displacement_m = displacement_m * scale;
         } else {
-            let length_m = math::norm(&self.behind_m);
-            let left_m = (length_m - step_m).max(0.0);
-            self.behind_m *= left_m / length_m.max(f32::MIN_POSITIVE);
+            let length_m = math::norm(&self.displacement_m);
+            let remaining_m = (length_m - step_m).max(0.0);
+            self.displacement_m *= remaining_m / length_m.max(f32::MIN_POSITIVE);
         }
     }
 }
@@ -74,16 +74,16 @@ mod tests {
     #[test]
     fn proxy_gives_way_and_comes_back_as_computed_by_hand() {
         let mut proxy = Proxy::AT_HAND;
-        proxy.give_way(&Vec3::new(0.0, 0.0, 3.0), 200.0, 3.0);
+        proxy.update(&Vec3::new(0.0, 0.0, 3.0), 200.0, 3.0);
         assert_eq!(proxy, Proxy::AT_HAND);
         // 0.2 N too much, 200 N/m: a quarter of 1 mm.
-        proxy.give_way(&Vec3::new(0.0, 0.0, 3.2), 200.0, 3.0);
-        assert!(math::norm(&(proxy.behind_m - Vec3::z() * 0.000_25)) < 1.0e-8);
+        proxy.update(&Vec3::new(0.0, 0.0, 3.2), 200.0, 3.0);
+        assert!(math::norm(&(proxy.displacement_m - Vec3::z() * 0.000_25)) < 1.0e-8);
         // At 0.1 N below the limit, half of the displacement is taken back; without force, the
         // rest.
-        proxy.give_way(&Vec3::new(0.0, 0.0, 2.9), 200.0, 3.0);
-        assert!(math::norm(&(proxy.behind_m - Vec3::z() * 0.000_125)) < 1.0e-8);
-        proxy.give_way(&Vec3::zeros(), 0.0, 3.0);
+        proxy.update(&Vec3::new(0.0, 0.0, 2.9), 200.0, 3.0);
+        assert!(math::norm(&(proxy.displacement_m - Vec3::z() * 0.000_125)) < 1.0e-8);
+        proxy.update(&Vec3::zeros(), 0.0, 3.0);
         assert_eq!(proxy, Proxy::AT_HAND);
     }
 
@@ -97,13 +97,13 @@ mod tests {
             let mut proxy = Proxy::AT_HAND;
             for (force_n, stiffness_n_m, limit_n) in all {
                 let before = proxy;
-                proxy.give_way(&force_n, stiffness_n_m, limit_n);
-                let step_m = math::norm(&(proxy.behind_m - before.behind_m));
+                proxy.update(&force_n, stiffness_n_m, limit_n);
+                let step_m = math::norm(&(proxy.displacement_m - before.displacement_m));
                 prop_assert!(step_m <= STEP_MAX_M * 1.001, "{}", step_m);
-                prop_assert!(math::norm(&proxy.behind_m) <= BEHIND_MAX_M * 1.001);
+                prop_assert!(math::norm(&proxy.displacement_m) <= DISPLACEMENT_MAX_M * 1.001);
             }
             for _ in 0..60 {
-                proxy.give_way(&Vec3::zeros(), 0.0, 3.3);
+                proxy.update(&Vec3::zeros(), 0.0, 3.3);
             }
             prop_assert_eq!(proxy, Proxy::AT_HAND);
         }
@@ -115,10 +115,10 @@ mod tests {
         ) {
             let mut proxy = Proxy::AT_HAND;
             let force = |proxy: &Proxy| {
-                Vec3::z() * (stiffness * softer * (depth_m - proxy.behind_m.z)).max(0.0)
+                Vec3::z() * (stiffness * softer * (depth_m - proxy.displacement_m.z)).max(0.0)
             };
             for _ in 0..200 {
-                proxy.give_way(&force(&proxy), stiffness, 3.0);
+                proxy.update(&force(&proxy), stiffness, 3.0);
             }
             let expected = (stiffness * softer * depth_m).min(3.0);
             prop_assert!((force(&proxy).z - expected).abs() < 0.05, "{}", force(&proxy).z);

@@ -34,18 +34,18 @@ const MARGIN_M: f32 = 0.003;
 
 /// Travel of a sphere since the grid was built that a search allows for, m. Faster spheres (0.2
 /// m/s) are found in the next grid.
-const MOVED_M: f32 = 0.003;
+const TRAVEL_MAX_M: f32 = 0.003;
 
 /// Travel since its last search below which a sphere counts as still, m. Two still spheres can have
 /// approached by three times this value since the second was searched.
-const STILL_M: f32 = 0.000_15;
+const STILL_TRAVEL_M: f32 = 0.000_15;
 
 /// Upper bound of the distance at which a pair within one organ is kept apart, as a share of the
 /// pair's distance at rest. So no pair of an organ at rest pushes.
-const HAS_CLOSED: f32 = 0.95;
+const APART_SHARE_OF_REST: f32 = 0.95;
 /// Share of the squared distance at rest below which a pair within one organ is listed. A pair of
 /// still spheres that is farther apart cannot come to touch.
-const MAY_CLOSE: f32 = 0.96;
+const LISTED_SHARE_OF_REST: f32 = 0.96;
 
 /// Largest reach of a sphere, in its radii, so that a sphere near a thin rim does not reach as far
 /// as the rim.
@@ -72,16 +72,16 @@ struct SkinDistance {
 }
 
 impl SkinDistance {
-    const NOTHING: Self = Self {
+    const NONE: Self = Self {
         vertices: 0.0,
         sum_m: 0.0,
         nearest_m: f32::MAX,
     };
 
-    fn add(&mut self, away_m: f32) {
+    fn add(&mut self, distance_m: f32) {
         self.vertices += 1.0;
-        self.sum_m += away_m;
-        self.nearest_m = self.nearest_m.min(away_m);
+        self.sum_m += distance_m;
+        self.nearest_m = self.nearest_m.min(distance_m);
     }
 
     /// Reach of the sphere, m: midway between the nearest distance and the mean. Balls that touch
@@ -104,7 +104,7 @@ pub(crate) struct Pairs {
     current: Vec<Pair, MAX_SPHERE_PAIRS>,
     next: Vec<Pair, MAX_SPHERE_PAIRS>,
     /// Position of each sphere at its last search, m.
-    searched_m: PerSphere<Vec3>,
+    last_search_m: PerSphere<Vec3>,
     /// Spheres that count as still in this cycle.
     is_still: PerSphere<bool>,
     /// Position in the cycle.
@@ -119,7 +119,7 @@ impl Pairs {
             reach_m: PerSphere::new(0.0),
             current: Vec::new(),
             next: Vec::new(),
-            searched_m: PerSphere::new(NEVER),
+            last_search_m: PerSphere::new(NEVER),
             is_still: PerSphere::new(false),
             phase: 0,
         }
@@ -128,12 +128,12 @@ impl Pairs {
     /// Starts anew with `scene`.
     pub(crate) fn load(&mut self, scene: &Scene<'_>) {
         self.outer.clear();
-        let mut skin_distances = PerSphere::new(SkinDistance::NOTHING);
+        let mut skin_distances = PerSphere::new(SkinDistance::NONE);
         for vertex in scene.skin.vertices {
             let number = u32::from(vertex.spheres[0]);
             if let Some(sphere) = scene.spheres.get(number as usize) {
-                let away_m = math::norm(&(scene.skin_at_rest_m(vertex) - sphere.center_m));
-                skin_distances.at_mut(number).add(away_m);
+                let distance_m = math::norm(&(scene.skin_at_rest_m(vertex) - sphere.center_m));
+                skin_distances.at_mut(number).add(distance_m);
             }
         }
         for (number, sphere) in (0..).zip(scene.spheres) {
@@ -147,7 +147,7 @@ impl Pairs {
         }
         self.current.clear();
         self.next.clear();
-        self.searched_m = PerSphere::new(NEVER);
+        self.last_search_m = PerSphere::new(NEVER);
         self.phase = 0;
     }
 
@@ -157,8 +157,8 @@ impl Pairs {
             core::mem::swap(&mut self.current, &mut self.next);
             self.next.clear();
             for a in self.outer.iter().map(|&a| u32::from(a)) {
-                let moved_m = bodies.nodes.at(a).center_m() - self.searched_m.at(a);
-                *self.is_still.at_mut(a) = moved_m.norm_squared() < STILL_M * STILL_M;
+                let moved_m = bodies.nodes.at(a).center_m() - self.last_search_m.at(a);
+                *self.is_still.at_mut(a) = moved_m.norm_squared() < STILL_TRAVEL_M * STILL_TRAVEL_M;
             }
             for pair in &self.current {
                 let [a, b] = [pair.a, pair.b].map(|i| *self.is_still.at(u32::from(i)));
@@ -176,14 +176,17 @@ impl Pairs {
                 continue;
             }
             let center_m = bodies.nodes.at(a).center_m();
-            *self.searched_m.at_mut(a) = center_m;
-            let (at, reach_m) = (center_m.into(), self.reach_m.at(a) + MARGIN_M + MOVED_M);
+            *self.last_search_m.at_mut(a) = center_m;
+            let (at, reach_m) = (
+                center_m.into(),
+                self.reach_m.at(a) + MARGIN_M + TRAVEL_MAX_M,
+            );
             for run in self.grid.near(&center_m, reach_m) {
-                for seen in run {
-                    if !seen.is_near(&at, reach_m) {
+                for found in run {
+                    if !found.is_near(&at, reach_m) {
                         continue;
                     }
-                    let b = u32::from(seen.sphere);
+                    let b = u32::from(found.sphere);
                     // Two moving spheres find each other twice, so one of the finds is skipped.
                     if b <= a && (b == a || !*self.is_still.at(b)) {
                         continue;
@@ -220,8 +223,8 @@ fn near_pair(bodies: &Bodies, reach_m: &PerSphere<f32>, a: u32, b: u32) -> Optio
     let mut apart_m = reach.min(math::sqrt(at_rest_squared));
     if bodies.organ.at(a) == bodies.organ.at(b) {
         let was_apart = at_rest_squared >= reach * reach;
-        let may_close = squared < MAY_CLOSE * at_rest_squared;
-        apart_m = apart_m.min(HAS_CLOSED * math::sqrt(at_rest_squared));
+        let may_close = squared < LISTED_SHARE_OF_REST * at_rest_squared;
+        apart_m = apart_m.min(APART_SHARE_OF_REST * math::sqrt(at_rest_squared));
         let linked = || bodies.adjacency.of(a).iter().any(|&n| u32::from(n) == b);
         if !was_apart || !may_close || linked() {
             return None;

@@ -142,7 +142,7 @@ impl Clips {
             spheres: [u32::from(step.a), u32::from(step.b)],
             share: 0.5,
             closed: 1.0,
-            legs: math::across(&(ends_m[1] - ends_m[0])),
+            legs: math::perpendicular(&(ends_m[1] - ends_m[0])),
             link: step.link,
         };
         if self.left() > 0 && self.on.push(clip).is_ok() {
@@ -189,7 +189,7 @@ impl Clips {
             let along = bodies.nodes.at(b).center_m() - bodies.nodes.at(a).center_m();
             let along = math::unit(&along).unwrap_or_else(Vec3::z);
             let across = clip.legs - along * along.dot(&clip.legs);
-            clip.legs = math::unit(&across).unwrap_or_else(|| math::across(&along));
+            clip.legs = math::unit(&across).unwrap_or_else(|| math::perpendicular(&along));
         }
     }
 }

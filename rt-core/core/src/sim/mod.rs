@@ -164,7 +164,7 @@ impl<'a> Sim<'a> {
             grasp: Grasp::default(),
             cautery: Cautery::default(),
             clips: Clips::default(),
-            transition: Transition::NOTHING,
+            transition: Transition::NONE,
             limit,
             renders_torque: device.renders_torque(),
             asks_force: false,
@@ -199,7 +199,7 @@ impl<'a> Sim<'a> {
         }
         if self.inputs.has_leapt() || findings.leapt {
             self.limit.restart();
-            self.transition = Transition::NOTHING;
+            self.transition = Transition::NONE;
             self.contacts.clear();
         }
         self.obey(samples.command);
@@ -464,7 +464,8 @@ impl<'a> Sim<'a> {
         let command = self.limit.apply(&demand, faults);
         if let (Some(limit_n), false) = (self.limit.rendered_n(), paused) {
             let force_n = &felt.wrench.force_n;
-            self.proxy.give_way(force_n, felt.at_once_n_m, limit_n);
+            self.proxy
+                .update(force_n, felt.instant_stiffness_n_m, limit_n);
         }
         self.tool.force_n = world_from_device * command.force_n;
         self.tool.torque_nm = world_from_device * command.torque_nm;

@@ -44,11 +44,7 @@ impl Sim<'_> {
         let pedal = self.tool.switches.pedal;
         let is_down = pedal.cut || pedal.coagulate;
         let is_sewing = self.is_sewing();
-        let is_pressed = self
-            .state
-            .bodies
-            .sutures
-            .is_needle_pressed(is_down, is_sewing);
+        let is_pressed = self.state.bodies.sutures.record_pedal(is_down, is_sewing);
         if !is_pressed || self.tool.switches.paused {
             return;
         }

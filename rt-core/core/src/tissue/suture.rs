@@ -130,7 +130,7 @@ impl Sutures {
 
     /// Records the pedal, and whether the instrument holds a needle (`is_sewing`). Returns true if
     /// the pedal was just pressed to lead the needle.
-    pub(crate) fn is_needle_pressed(&mut self, is_pedal_down: bool, is_sewing: bool) -> bool {
+    pub(crate) fn record_pedal(&mut self, is_pedal_down: bool, is_sewing: bool) -> bool {
         let was_down = core::mem::replace(&mut self.is_pedal_down, is_pedal_down);
         let is_needle_pressed = is_pedal_down && !was_down && is_sewing;
         self.leads_needle = is_pedal_down && (self.leads_needle || is_needle_pressed);

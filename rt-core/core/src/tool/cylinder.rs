@@ -27,7 +27,7 @@ fn local(center_m: &Vec3, part: &Capsule) -> Local {
     Local {
         axis: if x < 0.0 { -u } else { u },
         // A centre on the axis gets an arbitrary but fixed direction.
-        radial: math::unit(&across).unwrap_or_else(|| math::across(&u)),
+        radial: math::unit(&across).unwrap_or_else(|| math::perpendicular(&u)),
         beyond_end_m: x.abs() - 0.5 * h,
         outside_m: math::norm(&across) - part.radius_m,
     }
@@ -173,7 +173,7 @@ mod tests {
 
         /// Moving the sphere against the normal by the depth just ends the contact.
         #[test]
-        fn the_way_out_is_the_way_out(c in vector(2.0), r in 0.5f32..2.0) {
+        fn moving_out_by_the_depth_ends_the_contact(c in vector(2.0), r in 0.5f32..2.0) {
             let first = touch(&c, r, &BAR);
             prop_assume!(first.depth_m > 0.0);
             let after = touch(&(c - first.normal * first.depth_m), r, &BAR);

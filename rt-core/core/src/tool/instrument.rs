@@ -149,13 +149,23 @@ pub fn capsules(
         add(joint, heel, 0.001, Role::UpperJaw);
         add(heel, world(0.0, -0.004, -length), 0.0008, Role::Tip);
     } else {
-        let off = instrument.jaw_opening_m() * jaw.clamp(0.0, 1.0);
-        let reach = -math::sqrt(length * length - off * off);
+        let side_m = instrument.jaw_opening_m() * jaw.clamp(0.0, 1.0);
+        let axial_m = -math::sqrt(length * length - side_m * side_m);
         let axis = 1.0 - JAW_RADIUS_M / length;
         // Closed jaws lie next to each other and do not overlap.
-        let (off, reach) = (axis * off + 0.001, axis * reach);
-        add(joint, world(0.0, off, reach), JAW_RADIUS_M, Role::UpperJaw);
-        add(joint, world(0.0, -off, reach), JAW_RADIUS_M, Role::LowerJaw);
+        let (side_m, axial_m) = (axis * side_m + 0.001, axis * axial_m);
+        add(
+            joint,
+            world(0.0, side_m, axial_m),
+            JAW_RADIUS_M,
+            Role::UpperJaw,
+        );
+        add(
+            joint,
+            world(0.0, -side_m, axial_m),
+            JAW_RADIUS_M,
+            Role::LowerJaw,
+        );
     }
     parts
 }

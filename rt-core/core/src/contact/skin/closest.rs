@@ -67,7 +67,7 @@ impl ClosestPoint {
         let [middle, each_in_ring] = RING_SHARES;
         // Middle and ring together have the mean square distance of the Gaussian.
         let radius_m = width_m / math::sqrt(1.0 - middle);
-        let x = math::across(&self.normal);
+        let x = math::perpendicular(&self.normal);
         let y = self.normal.cross(&x);
         let mut weights = VertexWeights::default();
         weights.add(self.corners, self.shares, middle);

@@ -125,7 +125,8 @@ impl PersistentContact {
                 // A tool that rolls over an edge turns by its travel over its radius.
                 let turn_max_rad = (2.0 * travel_m / point.radius_m)
                     .max(turn_max_at_rest_rad(self.cached.force_n));
-                push_direction = math::turned(&self.push_direction, &push_direction, turn_max_rad);
+                push_direction =
+                    math::rotated_towards(&self.push_direction, &push_direction, turn_max_rad);
             }
         } else {
             self.travel_m = Vec3::zeros();

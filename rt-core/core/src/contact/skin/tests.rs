@@ -42,7 +42,7 @@ impl Octahedron {
         let (mut vertices, mut fans) = (List::new(), List::new());
         for (i, up) in (0u16..).zip(corners) {
             // The four corners around this one, anticlockwise seen from outside.
-            let x = math::across(&up);
+            let x = math::perpendicular(&up);
             let ring = [x, up.cross(&x), -x, -up.cross(&x)];
             let ring = ring.map(|way| {
                 let nearest = |(_, corner): &(u16, Vec3)| corner.dot(&way) > 0.9;
@@ -136,7 +136,7 @@ fn turning_push_has_no_step() {
     for force_n in [0.01f32, 0.1, 1.0, 3.0] {
         let (mut push, to) = (Vec3::z(), -Vec3::z());
         for tick in 0..8000 {
-            let next = math::turned(&push, &to, super::turn_max_at_rest_rad(force_n));
+            let next = math::rotated_towards(&push, &to, super::turn_max_at_rest_rad(force_n));
             let step_n = math::norm(&(next - push)) * force_n;
             assert!(
                 step_n < 1.05 * super::TURN_STEP_N,

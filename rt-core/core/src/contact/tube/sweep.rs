@@ -95,7 +95,7 @@ impl Side {
         let from_bead_m = cross_section(&(axis.point_at(share) - bead_m), along);
         // A bead on the axis gets an arbitrary side, which must always be the same.
         let fallback = || {
-            math::across(if *along == Vec3::zeros() {
+            math::perpendicular(if *along == Vec3::zeros() {
                 &ANY_DIRECTION
             } else {
                 along

@@ -225,7 +225,7 @@ fn skin_sinks_with_its_cells_and_is_open_when_all_are_removed() {
 }
 
 #[test]
-fn cells_that_hang_on_nothing_go_and_no_others() {
+fn only_detached_cells_are_removed() {
     let block = Block::new();
     let scene = block.scene();
     let mut bodies = loaded(&scene);
@@ -248,7 +248,7 @@ fn cells_that_hang_on_nothing_go_and_no_others() {
 
 /// A sphere that did not follow would fall, and with it the cells that it carries in part.
 #[test]
-fn a_sphere_without_cells_goes_with_its_neighbours() {
+fn sphere_without_cells_moves_with_its_neighbours() {
     let block = Block::new();
     let scene = block.scene();
     let mut bodies = loaded(&scene);

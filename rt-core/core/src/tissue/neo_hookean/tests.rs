@@ -195,7 +195,7 @@ proptest! {
     }
 
     #[test]
-    fn momentum_stays(displaced in prop::collection::vec(prop::array::uniform6(-0.02f32..0.02), 64)) {
+    fn momentum_is_conserved(displaced in prop::collection::vec(prop::array::uniform6(-0.02f32..0.02), 64)) {
         let mut all = nodes(&displaced);
         for i in 0..64 {
             all.at_mut(i).set_inverse_mass_per_kg(200.0 + 50.0 * (i % 7) as f32);
@@ -272,7 +272,7 @@ fn a_tetrahedron_in_balance_has_the_stress_of_its_energy() {
 }
 
 #[test]
-fn poisson_beyond_the_lock_is_taken_for_the_limit() {
+fn poisson_beyond_locking_is_clamped() {
     let mut material = organ(0, 1, 0, 0).material;
     material.poisson = 0.499;
     let clamped = moduli(&material, STEP_S, KEPT_SHARE);

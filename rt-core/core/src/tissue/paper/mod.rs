@@ -135,7 +135,7 @@ mod tests {
     use std::boxed::Box;
 
     #[test]
-    fn a_link_that_has_parted_pulls_by_what_is_left_of_it() {
+    fn damaged_link_pulls_with_its_intact_share() {
         let spheres = [0.0, 0.02].map(|x| sphere(Vec3::new(x, 0.0, 0.0), 0.005));
         let links = [Link {
             a: 0,
