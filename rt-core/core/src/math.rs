@@ -55,7 +55,8 @@ pub fn is_rigid(pose: &Pose) -> bool {
     is_finite(&pose.translation.vector) && (norm_squared - 1.0).abs() < 1.0e-3
 }
 
-/// A unit vector perpendicular to `v`. It depends on `v` only; `v` may have any length.
+/// A unit vector perpendicular to `v`, which may have any length. It is always the same for the
+/// same `v`.
 #[must_use]
 pub fn perpendicular(v: &Vec3) -> Vec3 {
     let a = if v.x.abs() <= v.y.abs() && v.x.abs() <= v.z.abs() {

@@ -7,7 +7,7 @@ use crate::contact::contact_force::{ContactForce, Pull};
 use crate::math::{self, Pose, Vec3};
 use crate::tool::{Kinematics, Tool, Wrench};
 
-/// Force that the hand feels, and the stiffness behind it.
+/// Force that the hand feels, and its stiffness.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Felt {
     /// Wrench at the handle, world frame.
@@ -15,12 +15,12 @@ pub(crate) struct Felt {
     /// Stiffness at the handle in its stiffest direction, N/m; never too low, at most 15 % too
     /// high.
     pub(crate) stiffness_n_m: f32,
-    /// Stiffness at the handle within a tick, before the held tissue yields, N/m; never too low.
+    /// Stiffness at the handle within a tick, before the grasped tissue yields, N/m; never too low.
     pub(crate) instant_stiffness_n_m: f32,
 }
 
-/// Sums the forces of all contacts and of the held tissue at the handle. Where `renders_torque` is
-/// false, the shaft turns freely in the hand and its torque is not felt. O(contacts).
+/// Sums the forces of all contacts and of the grasped tissue at the handle. If `renders_torque` is
+/// false, the shaft rolls freely in the hand, and its roll torque is not felt. O(contacts).
 pub(crate) fn felt(
     contacts: &[ContactForce],
     pull: Option<&Pull>,
@@ -29,8 +29,8 @@ pub(crate) fn felt(
     renders_torque: bool,
 ) -> Felt {
     let mut at_port = Wrench::ZERO;
-    // Springs k along n at the instrument are a stiffness Σ k (T n)(T n)ᵀ at the handle, where T
-    // maps a force at the instrument to the handle.
+    // Springs of stiffness k along n at the instrument have the stiffness matrix Σ k (T n)(T n)ᵀ at
+    // the handle. T maps a force at the instrument to a force at the handle.
     let mut stiffness_n_m = Matrix3::zeros();
     let mut grip_n_m = 0.0;
     let mut add_spring = |at_m: &Vec3, normal: &Vec3, k: f32| {
@@ -67,8 +67,8 @@ pub(crate) fn felt(
     }
 }
 
-/// Force on the hand from a unit force along `normal` on the instrument at `at_m`, with a shaft
-/// that turns freely in the hand.
+/// Force on the hand from a unit force along `normal` on the instrument at `at_m`, if the shaft
+/// rolls freely in the hand.
 fn force_at_handle(
     kinematics: &Kinematics,
     world_from_handle: &Pose,

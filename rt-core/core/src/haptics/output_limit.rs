@@ -14,19 +14,19 @@
 //!
 //! A cut skips the other gates, so that the force does not fade. The ramp comes before passivity,
 //! because damping that takes energy out must not fade with the ramp. Clamp and slew come last, so
-//! that they bound everything that leaves. Slew follows the clamp, so a demand above the peak
-//! raises `Clamped` and not `Slewed`.
+//! that they bound everything that leaves. The clamp precedes slew, so a constant demand above the
+//! peak raises `Clamped`, and no `Slewed`.
 //!
 //! A trip latches until a person enables the force again. A stale or lost device does not latch:
 //! when samples come again, the force rises by the ramp.
 //!
-//! A gate raises its fault in each tick in which it acts. Exceptions:
+//! A gate raises its fault in each tick in which it acts, with these exceptions:
 //!
 //! - A trip raises `SpeedTrip` once, when it begins.
 //! - The driver of a device that fails raises the fault ([`crate::port::Findings`]).
 //! - A stale device raises no `StaleDevice` if another fault explains its silence.
-//! - The stiffness gate raises none while its scale returns to 1.
-//! - The final finite test raises none.
+//! - The stiffness gate raises no fault while its scale returns to 1.
+//! - The final finite test raises no fault.
 
 use crate::fault::{Fault, FaultSet};
 use crate::haptics::passivity::Passivity;
@@ -37,24 +37,26 @@ use crate::words::Status;
 
 /// Largest change of force in a tick, N. At this rate a Touch reaches its peak in 3.3 ms.
 const SLEW_N: f32 = 1.0;
-/// Largest rendered stiffness, as a share of the stiffness `K` at which a loop with the device's
-/// damping and delay begins to oscillate (`b = K (T/2 + delay)`: Colgate and Schenkel 1997, with
-/// delay). A larger share renders stiffer contact with less margin. With this share `evaluate
+/// Largest rendered stiffness, as a share of the stiffness `K = b / (T/2 + delay)` at which a loop
+/// with the device's damping b and its delay begins to oscillate (Colgate and Schenkel 1997, with
+/// delay). A larger share renders stiffer contact with less margin. With this share, `evaluate
 /// haptics` finds every wall stable while a hand holds the device.
 const STABLE_SHARE: f32 = 0.7;
-/// Largest step of force in a tick from a change of the stiffness scale, N. Half of the demand's
-/// change is added to it. A hand does not feel this step; it feels a larger one as a knock.
+/// Largest step of force in a tick from a change of the stiffness scale, N; half of the demand's
+/// own change is added to it. A hand does not feel a step of this size. It feels a larger step as a
+/// knock.
 const SCALE_STEP_N: f32 = 0.001;
-/// Ticks for which the gate holds the largest recent stiffness before it fades. So if the stiffness
-/// flickers (spheres that stick and slip), the gate uses its maximum, and the force is steady.
+/// Ticks for which the gate holds the largest recent stiffness before it fades. If the stiffness
+/// flickers, as with spheres that stick and slip, the gate uses the maximum, so the force is
+/// steady.
 const STIFFNESS_HOLD_TICKS: u32 = 50;
 /// Upper bound of the remembered stiffness, N/m. An infinite stiffness would never fade.
 const REMEMBERED_MAX_N_M: f32 = 1.0e6;
-/// Factor per tick by which a remembered stiffness fades. With a larger factor it fades more
+/// Factor by which a remembered stiffness fades in a tick. With a larger factor it fades more
 /// slowly.
 const STIFFNESS_FADE: f32 = 0.98;
-/// Lower bound of the stiffness scale where it serves as a divisor. A device that renders 2 N/m of
-/// a wall of 20 kN/m has this scale.
+/// Lower bound of the stiffness scale as a divisor. The scale has this value if a device renders a
+/// wall of 20 kN/m with 2 N/m.
 const SCALE_MIN: f32 = 1.0e-4;
 /// Longest delay of a device for which a stiffness is computed, s.
 const DELAY_MAX_S: f32 = 0.1;
@@ -67,7 +69,7 @@ const SPEED_TRIP_M_S: f32 = 1.2;
 /// A Touch then reaches its thermal limit after 4 s at the peak.
 const HEAT_TIME_S: f32 = 60.0;
 /// Heat at which the limit begins to fall from the peak, as a share of the heat of the continuous
-/// force. Raising it makes the fall shorter and steeper.
+/// force. A larger share makes the fall shorter and steeper.
 const WARM_SHARE: f32 = 0.8;
 /// Time in which force falls from full to zero after the sample became stale or the simulation
 /// paused, s.
@@ -116,8 +118,8 @@ pub struct OutputLimit {
     stiffness_age_ticks: u32,
     /// Stiffness scale: share of the force that the stiffness gate lets through.
     stiffness_scale: f32,
-    /// Size of the force demanded in the last tick, N. 0 after a cut or a restart: the next force
-    /// starts with a fresh stiffness scale.
+    /// Size of the force demanded in the last tick, N. It is 0 after a cut or a restart, so that
+    /// the next force starts with a fresh stiffness scale.
     last_demand_n: f32,
     /// Running mean of the squared force, N².
     heat_n2: f32,
@@ -125,7 +127,7 @@ pub struct OutputLimit {
     last: ForceCommand,
 }
 
-/// A limit below this (in its SI unit) counts as 0: squares of smaller forces lose their digits.
+/// A limit below this (in its SI unit) counts as 0, because squares of smaller forces underflow.
 const LIMIT_MIN: f32 = 1.0e-9;
 
 /// The limit, or 0 if it is not finite or below `LIMIT_MIN`.
@@ -166,7 +168,7 @@ impl OutputLimit {
         }
     }
 
-    /// Enables the force by a person's command (this also clears a trip), or cuts it.
+    /// Enables the force by a person's command, or cuts it. Also clears a trip.
     pub fn enable(&mut self, enabled: bool) {
         self.enabled = enabled;
         self.tripped = false;
@@ -207,8 +209,8 @@ impl OutputLimit {
         (self.peak_n > 0.0).then(|| self.limit_n() / self.stiffness_scale.max(SCALE_MIN))
     }
 
-    /// Energy that the hand put into contact and the device's damping and did not get back, J.
-    /// Below zero the loop has generated energy, and it is damped.
+    /// Energy that the hand put into contact and into the device's damping, and did not get back,
+    /// J. If it is below zero, the loop has generated energy and is damped.
     #[must_use]
     pub const fn energy_j(&self) -> f32 {
         self.passivity.energy_j()
@@ -300,7 +302,7 @@ impl OutputLimit {
             1.0
         };
         // While the demand rises, the output must not fall; while the demand falls, the output must
-        // not rise. An output that falls as the hand goes deeper is unstable.
+        // not rise. An output that falls while the hand goes deeper would be unstable.
         let wanted_n = math::norm(&demand.force_n);
         let steady_scale = self.stiffness_scale * self.last_demand_n / wanted_n.max(LIMIT_MIN);
         let target_scale = if wanted_n > self.last_demand_n {
@@ -369,8 +371,8 @@ impl OutputLimit {
         .x
     }
 
-    /// Present limit of the force, N: the peak while the motors are cold. The limit falls to the
-    /// continuous force as the motors warm to the heat of the continuous force.
+    /// Present limit of the force, N: the peak while the motors are cold. As they warm, the limit
+    /// falls; at the heat of the continuous force, it equals the continuous force.
     fn limit_n(&self) -> f32 {
         let continuous_n2 = self.continuous_n * self.continuous_n;
         let excess = self.heat_n2 - WARM_SHARE * continuous_n2;

@@ -2,29 +2,29 @@
 //!
 //! A contact may return to the hand at most the energy that the hand put in. The observer sums the
 //! work that the hand does against the rendered force. For each period it uses the force that acted
-//! then, which was sent `delay` earlier. The energy that the device's own damping takes is added.
-//! If the sum is below zero, the loop generates energy, because it is too stiff for its delay, or
+//! then, which was sent `delay` earlier. The energy that the device's own damping absorbs is added.
+//! If the sum is below zero, the loop has generated energy: it is too stiff for its delay, or
 //! samples come late. The controller dissipates that energy by damping, at most as strong as the
 //! device renders.
 //!
-//! Energy that tissue has dissipated must not hide energy that the loop generates. So the sum never
-//! exceeds the work that the present force could do on the way back to the place where contact
+//! Energy that tissue has dissipated must not hide energy that the loop generates. So the sum is
+//! limited to the work that the present force would do on the way back to the place where contact
 //! began. After `FREE_TICKS` without contact the sum is reset.
 
 use crate::math::{self, Vec3};
 use crate::port::DeviceCapabilities;
 use crate::time::TICK_S;
 
-/// Number of sent forces that are kept, one a tick. The longest delay that is compensated is one
-/// tick less: enough for a slow USB device.
+/// Number of sent forces that are kept, one a tick. The longest delay that is taken into account is
+/// one tick less, which is enough for a slow USB device.
 const DELAY_MAX: usize = 16;
 /// Ticks without force after which the energy is reset.
 const FREE_TICKS: u32 = 100;
-/// Speed below which nothing is damped, m/s: one encoder step of a Touch in 4 ms. Raising it avoids
-/// noise and leaves more energy undamped.
+/// Speed below which nothing is damped, m/s: one encoder step of a Touch in 4 ms. With a larger
+/// value, damping is less noisy and leaves more energy.
 const STILL_M_S: f32 = 0.015;
-/// Weight of a new speed in the running mean, which smooths coarse encoder steps. A larger weight
-/// follows faster and is noisier.
+/// Weight of a new velocity in the running mean, which smooths coarse encoder steps. With a larger
+/// weight the mean follows faster and is noisier.
 const SPEED_BLEND: f32 = 0.3;
 
 /// State of the observer. Positions and forces are in the device's frame.
@@ -50,8 +50,8 @@ pub(crate) struct Passivity {
 }
 
 impl Passivity {
-    /// An observer without energy. Negative or infinite figures of the device and NaN count as
-    /// zero. A longer delay than `DELAY_MAX - 1` ticks counts as `DELAY_MAX - 1`.
+    /// An observer without energy. Figures of the device that are negative, infinite or NaN count
+    /// as zero. A delay above `DELAY_MAX - 1` ticks counts as `DELAY_MAX - 1` ticks.
     pub(crate) fn new(device: &DeviceCapabilities) -> Self {
         let non_negative = |x: f32| if x.is_finite() { x.max(0.0) } else { 0.0 };
         Self {

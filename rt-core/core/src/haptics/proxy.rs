@@ -1,20 +1,21 @@
-//! Proxy pose: the pose of the instrument when the hand pushes harder than the device can push
-//! back.
+//! Proxy pose: the pose of the instrument. It differs from the device pose while the hand pushes
+//! harder than the device can push back.
 //!
 //! The device's force is limited. A hand that pushed on beyond the limit would drive the instrument
 //! through organs with forces that it does not feel. So beyond the limit the instrument follows a
-//! virtual handle, displaced from the device pose just so far that the tissue's force stays at the
-//! limit. The instrument is a god-object (Zilles and Salisbury 1995) on a spring that yields at the
-//! limit. Below the limit the proxy pose is the device pose, and the tissue's force reaches the
-//! hand without a virtual coupling.
+//! virtual handle. The virtual handle is displaced from the device pose just so far that the
+//! tissue's force stays at the limit. The instrument is a god-object (Zilles and Salisbury 1995) on
+//! a spring that yields at the limit. Below the limit the proxy pose is the device pose, and the
+//! tissue's force reaches the hand without a virtual coupling.
 
 use crate::math::{self, Pose, Vec3};
 
-/// Share of the force above the limit that one tick removes by moving the proxy. The share is below
-/// 1, because the tissue responds a tick later; a larger share follows faster and may oscillate.
+/// Share of the excess force that one tick removes by moving the proxy. The share is below 1,
+/// because the tissue responds a tick later. With a larger share the proxy follows faster, and may
+/// oscillate.
 const GAIN: f32 = 0.25;
-/// Lower bound of the stiffness by which the excess force is divided, N/m. On softer contact the
-/// excess takes more ticks to vanish.
+/// Lower bound of the stiffness by which the excess force is divided, N/m. On softer contact, the
+/// excess vanishes more slowly.
 const STIFFNESS_MIN_N_M: f32 = 50.0;
 /// Largest change of the displacement in a tick, m.
 const STEP_MAX_M: f32 = 0.001;
@@ -44,9 +45,9 @@ impl Proxy {
         handle
     }
 
-    /// Updates the displacement after a tick in which tissue pushed on the handle with `force_n`
-    /// (world frame). The stiffness of this force is at most `stiffness_n_m`. The device renders at
-    /// most `limit_n` of the force.
+    /// Updates the displacement after a tick in which tissue pushed the handle with `force_n`
+    /// (world frame). The stiffness of this force is at most `stiffness_n_m`. The device can render
+    /// forces up to `limit_n`.
     pub(crate) fn update(&mut self, force_n: &Vec3, stiffness_n_m: f32, limit_n: f32) {
         let excess_n = math::norm(force_n) - limit_n.max(LIMIT_MIN_N);
         let step_m = GAIN * excess_n.abs() / stiffness_n_m.max(STIFFNESS_MIN_N_M);
@@ -79,8 +80,7 @@ mod tests {
         // 0.2 N too much, 200 N/m: a quarter of 1 mm.
         proxy.update(&Vec3::new(0.0, 0.0, 3.2), 200.0, 3.0);
         assert!(math::norm(&(proxy.displacement_m - Vec3::z() * 0.000_25)) < 1.0e-8);
-        // At 0.1 N below the limit, half of the displacement is taken back; without force, the
-        // rest.
+        // A force of 0.1 N below the limit halves the displacement; no force removes the rest.
         proxy.update(&Vec3::new(0.0, 0.0, 2.9), 200.0, 3.0);
         assert!(math::norm(&(proxy.displacement_m - Vec3::z() * 0.000_125)) < 1.0e-8);
         proxy.update(&Vec3::zeros(), 0.0, 3.0);

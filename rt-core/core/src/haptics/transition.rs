@@ -1,11 +1,11 @@
-//! Transitions: a force that an action of a person would end in one tick fades instead. Such
-//! actions are a pause, a change of the instrument, jaws that open, a reset. Only the part of the
-//! force that is lost fades; a new force is felt at once.
+//! Transitions. Some actions of a person end a force in one tick: a pause, a change of the
+//! instrument, jaws that open, a reset. At the handle this force fades instead. Only the part of
+//! the force that is lost fades; a new force is felt at once.
 
 use crate::time::TICK_S;
 use crate::tool::Wrench;
 
-/// Duration of a transition, s. Raising it makes the end of a force softer and later.
+/// Duration of a transition, s. A longer one makes the end of a force softer and later.
 const TRANSITION_S: f32 = 0.02;
 
 /// State of a transition.

@@ -1,16 +1,16 @@
-//! A grid over the spheres of each organ. It finds the spheres near a place in the few grid cells
-//! around the place, whatever the number and size of the spheres.
+//! A grid over the spheres of each organ. A search for the spheres near a place visits only the
+//! grid cells around the place.
 
 use crate::capacity::{MAX_ORGANS, MAX_SPHERES};
 use crate::math::Vec3;
 use crate::tissue::{Bodies, Bounds};
 
-/// Mean number of spheres in a grid cell. With fewer, a search visits more rows of cells, which
-/// cost time as well.
+/// Mean number of spheres in a grid cell. With fewer spheres, a search visits more rows of cells,
+/// and each row costs time.
 const SPHERES_IN_CELL: usize = 2;
 /// Cells of all organs together.
 const CELLS: usize = MAX_SPHERES / SPHERES_IN_CELL + MAX_ORGANS;
-/// Factor by which cells are widened until there are few enough.
+/// Factor by which cells are widened, until they are few enough.
 const WIDENING: f32 = 1.25;
 /// Largest number of cells along the longest side of an organ's box.
 const SIDE_MAX: f32 = 48.0;
@@ -76,12 +76,12 @@ impl OrganGrid {
 #[derive(Debug, Clone)]
 pub(super) struct Grid {
     organs: [OrganGrid; MAX_ORGANS],
-    /// End of each cell's run in `spheres`; the run starts at the end of the one before.
+    /// End of each cell's run in `spheres`. The run starts at the end of the run before it.
     ends: [u16; CELLS],
     spheres: [GridSphere; MAX_SPHERES],
 }
 
-/// A sphere as it was when the grid was built.
+/// Position and reach of a sphere when the grid was built.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct GridSphere {
     center_m: [f32; 3],
@@ -145,7 +145,8 @@ impl Grid {
                 *end += 1;
             }
         }
-        // Running sums; then each cell's end walks down to its start as the cell is filled …
+        // Counting sort: running sums give the end of each cell. Filling a cell from its end moves
+        // the entry down to the cell's start.
         let mut sum = 0;
         for end in &mut self.ends {
             sum += *end;
@@ -166,7 +167,7 @@ impl Grid {
                 };
             }
         }
-        // … so each entry now holds the start of its cell, which is the end of the cell before it.
+        // Each entry now holds the start of its cell, which is the end of the cell before it.
         self.ends.rotate_left(1);
         if let Some(last) = self.ends.last_mut() {
             *last = sum;

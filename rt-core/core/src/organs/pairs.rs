@@ -1,19 +1,20 @@
 //! Near pairs of spheres, of two organs or of one, that are not linked. [`crate::organs::between`]
 //! presses them apart.
 //!
-//! The reach of an outer sphere is about its distance at rest from the skin over it, if this is
-//! more than its radius, because spheres lie under the skin.
+//! Spheres lie under the skin. So the reach of an outer sphere is about its distance at rest from
+//! the skin over it, if this is more than its radius.
 //!
-//! Inner spheres of one organ overlap at rest by construction. So within an organ only pairs that
-//! were apart at rest are kept apart. Spheres of two organs that overlapped at rest come no nearer
-//! than they were at rest. The inner-sphere paper does not say how it distinguishes these cases.
+//! Neighbouring spheres of one organ overlap at rest by construction. So within an organ, only
+//! pairs that were apart at rest are kept apart. Spheres of two organs that overlapped at rest come
+//! no nearer than they were at rest. The inner-sphere paper does not say how it distinguishes these
+//! cases.
 //!
 //! Near pairs are searched in a grid, a sixteenth of the spheres a tick. A list of pairs is
-//! complete after [`CYCLE`] ticks and is then used for as many. A pair of two organs is used from
-//! the tick in which it is found. Spheres that approach by more than [`MARGIN_M`] in 16 ticks (0.2
-//! m/s) are found late, by at most 16 ms. Spheres that have hardly moved since their last search
-//! are not searched again; a pair of two such spheres is kept. O(spheres that move · spheres in
-//! cells within reach / 16 + pairs) a tick.
+//! complete after [`CYCLE`] ticks, and is used for the next `CYCLE` ticks. A pair of two organs is
+//! also used from the tick in which it is found. Spheres that approach by more than [`MARGIN_M`] in
+//! 16 ticks (0.2 m/s) are found late, by at most 16 ms. Spheres that have hardly moved since their
+//! last search are not searched again; a pair of two such spheres is kept. O(spheres that move ·
+//! spheres in cells within reach / 16 + pairs) a tick.
 
 use heapless::Vec;
 
@@ -25,8 +26,8 @@ use crate::scene::Scene;
 use crate::tissue::Bodies;
 use crate::tissue::per_sphere::PerSphere;
 
-/// Ticks in which every sphere is searched once. More ticks cost less time in each, but fast
-/// spheres are found later.
+/// Number of ticks within which every sphere is searched once. With a larger number, a tick costs
+/// less, but fast spheres are found later.
 const CYCLE: u32 = 16;
 /// Largest gap of a listed pair, m. A larger value finds faster spheres in time, but lists more
 /// pairs.
@@ -36,19 +37,19 @@ const MARGIN_M: f32 = 0.003;
 /// m/s) are found in the next grid.
 const TRAVEL_MAX_M: f32 = 0.003;
 
-/// Travel since its last search below which a sphere counts as still, m. Two still spheres can have
-/// approached by three times this value since the second was searched.
+/// Travel since its last search below which a sphere counts as still, m. Since the later of their
+/// two searches, two still spheres can have approached by three times this value.
 const STILL_TRAVEL_M: f32 = 0.000_15;
 
-/// Upper bound of the distance at which a pair within one organ is kept apart, as a share of the
-/// pair's distance at rest. So no pair of an organ at rest pushes.
+/// Upper bound of the distance to which a pair within one organ is pressed apart, as a share of the
+/// pair's distance at rest. It is below 1, so no pair of an organ at rest pushes.
 const APART_SHARE_OF_REST: f32 = 0.95;
-/// Share of the squared distance at rest below which a pair within one organ is listed. A pair of
-/// still spheres that is farther apart cannot come to touch.
+/// Squared distance below which a pair within one organ is listed, as a share of the squared
+/// distance at rest. Still spheres that are farther apart cannot come to touch.
 const LISTED_SHARE_OF_REST: f32 = 0.96;
 
-/// Largest reach of a sphere, in its radii, so that a sphere near a thin rim does not reach as far
-/// as the rim.
+/// Largest reach of a sphere, in its radii. It keeps the ball of a sphere near a thin rim from
+/// extending as far as the rim.
 const REACH_MAX: f32 = 1.5;
 
 /// Position of a sphere that was never searched.
@@ -84,20 +85,20 @@ impl SkinDistance {
         self.nearest_m = self.nearest_m.min(distance_m);
     }
 
-    /// Reach of the sphere, m: midway between the nearest distance and the mean. Balls that touch
-    /// with this reach let some of the skin between them overlap, and hold some apart, by equal
+    /// Reach of the sphere, m: midway between the least and the mean distance. When balls of this
+    /// reach touch, the skin between them overlaps in some places and is apart in others, by equal
     /// amounts.
     fn reach_m(&self) -> Option<f32> {
         (self.vertices > 0.0).then(|| 0.5 * (self.nearest_m + self.sum_m / self.vertices))
     }
 }
 
-/// Pairs in use, and those being collected.
+/// The list of pairs in use, and the list that is being collected.
 #[derive(Debug, Clone)]
 pub(crate) struct Pairs {
     grid: Grid,
-    /// Spheres that other spheres can meet. In an organ with a skin, these are the spheres that are
-    /// nearest to some skin vertex; the others lie behind them.
+    /// Spheres that can touch other spheres. In an organ with a skin, these are the spheres that
+    /// are nearest to some skin vertex; the other spheres lie behind them.
     outer: Vec<u16, MAX_SPHERES>,
     /// Reach of each sphere from its centre, m.
     reach_m: PerSphere<f32>,
@@ -187,7 +188,8 @@ impl Pairs {
                         continue;
                     }
                     let b = u32::from(found.sphere);
-                    // Two moving spheres find each other twice, so one of the finds is skipped.
+                    // Each of two moving spheres finds the other, so one of the two finds is
+                    // skipped.
                     if b <= a && (b == a || !*self.is_still.at(b)) {
                         continue;
                     }

@@ -1,5 +1,5 @@
-//! A sphere against a part of an instrument: a cylinder with flat ends (Algorithm 1 of the
-//! inner-sphere paper).
+//! Overlap of a sphere with a part of an instrument, taken as a cylinder with flat ends (Algorithm
+//! 1 of the inner-sphere paper).
 
 use crate::math::{self, Vec3};
 use crate::tool::Capsule;
@@ -61,10 +61,10 @@ pub struct Touch {
     pub normal: Vec3,
 }
 
-/// Depth and normal, which the paper does not give, from the signed distance of the sphere's centre
-/// to the solid cylinder. Contact (`depth > 0`) agrees with Algorithm 1. For a centre inside the
-/// cylinder, the distance is that to the nearest face (lateral surface or end), unlike in the
-/// paper. So the depth is continuous everywhere, and so is the force.
+/// Depth and normal, from the signed distance of the sphere's centre to the solid cylinder; the
+/// paper gives neither. Contact (`depth > 0`) agrees with Algorithm 1. For a centre inside the
+/// cylinder, the distance is measured to the nearest face (lateral surface or end). So the depth is
+/// continuous everywhere, and so is the force.
 #[must_use]
 pub fn touch(center_m: &Vec3, radius_m: f32, part: &Capsule) -> Touch {
     let Local {

@@ -113,8 +113,8 @@ pub struct Capsule {
 }
 
 /// Capsules of `instrument`, world frame: shaft and two jaws, as in the inner-sphere paper; for the
-/// hook, its straight part and its bent end. `jaw` is the opening, 0 closed to 1 open. The round
-/// ends of jaws reach to their tips. A shaft that is not in the body yet is omitted.
+/// hook, shaft, straight part and bent end. `jaw` is the opening, 0 closed to 1 open. The round end
+/// of a jaw extends to the tip of the jaw. A shaft that is not in the body yet is omitted.
 #[must_use]
 pub fn capsules(
     instrument: Instrument,

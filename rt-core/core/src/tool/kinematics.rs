@@ -5,8 +5,8 @@
 
 use crate::math::{self, Pose, Quat, Vec3};
 
-/// Lower bound of the length of the shaft outside the body, m, by which the lever law divides. A
-/// hand nearer to the port would hold the trocar itself.
+/// Lower bound, in the lever law, of the length of the shaft outside the body, m. A hand nearer to
+/// the port would hold the trocar itself.
 const OUTSIDE_MIN_M: f32 = 0.02;
 /// The shaft and the port that it pivots about.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,7 +47,7 @@ impl Kinematics {
 
     /// Handle pose that brings the tip to `tip_m`, rolled so that its y is as close to `up` as the
     /// shaft allows. The inverse of [`Self::tip`] for tips within the shaft's reach. For a tip in
-    /// the port, which fits any direction, the shaft lies along −z.
+    /// the port, any direction would do; the shaft then lies along −z.
     #[must_use]
     pub fn handle_from_tip(&self, tip_m: &Vec3, up: &Vec3) -> Pose {
         let axis = math::unit(&(tip_m - self.port_m)).unwrap_or(Vec3::new(0.0, 0.0, -1.0));
@@ -158,8 +158,9 @@ fn shaft_frame(axis: &Vec3, up: &Vec3) -> [Vec3; 3] {
     [y.cross(&z), y, z]
 }
 
-/// Tilt of the unit vector `up` from y towards z, as a tangent; limited to 45°, because a handle
-/// whose y lies along the shaft could not roll it at all.
+/// Tangent of the tilt of the unit vector `up` from y towards z; limited to 45°, because a handle
+/// whose y lies along the shaft could not roll the shaft at all. Beyond 45° the hand feels too
+/// little roll torque.
 fn tilt_tangent(y: &Vec3, z: &Vec3, up: &Vec3) -> f32 {
     let (across, along) = (up.dot(y).max(f32::MIN_POSITIVE), up.dot(z));
     along.max(-across).min(across) / across
