@@ -39,7 +39,7 @@ pub(crate) struct Journal {
     events: Vec<Event, MAX_EVENTS_PER_TICK>,
     is_full: bool,
     /// Ticks until each organ counts as left; 0 for an organ that is not touched.
-    touching: [u32; MAX_ORGANS],
+    release_ticks: [u32; MAX_ORGANS],
     presses: [Press; MAX_ORGANS],
     electro: u8,
     /// Ticks until each fault may raise an event again, if it does not recur.
@@ -79,16 +79,16 @@ impl Journal {
             let contact = list
                 .iter()
                 .find(|contact| contact.tool == Tool::Instrument && contact.organ == Some(organ));
-            let Some(left) = self.touching.get_mut(usize::from(organ)) else {
+            let Some(ticks_left) = self.release_ticks.get_mut(usize::from(organ)) else {
                 continue;
             };
-            let before = *left;
-            *left = if contact.is_some() {
+            let before = *ticks_left;
+            *ticks_left = if contact.is_some() {
                 RELEASE_TICKS
             } else {
                 before.saturating_sub(1)
             };
-            let (kind, value) = match (before, *left) {
+            let (kind, value) = match (before, *ticks_left) {
                 (0, 1..) => (EventKind::Contact, force_n),
                 (1.., 0) => (EventKind::Release, 0.0),
                 _ => {
@@ -160,11 +160,11 @@ impl Journal {
             let Some(quiet) = self.fault_quiet.get_mut(usize::from(fault.code())) else {
                 continue;
             };
-            let may_tell = *quiet == 0;
+            let may_report = *quiet == 0;
             *quiet = quiet.saturating_sub(1);
             if faults.contains(fault) && fault.is_alarm() {
                 *quiet = FAULT_QUIET_TICKS;
-                if may_tell {
+                if may_report {
                     let value = f32::from(fault.code());
                     self.raise(Event {
                         kind: EventKind::Fault,

@@ -12,7 +12,7 @@ use crate::procedure::cautery::Cautery;
 use crate::procedure::clip::Clips;
 use crate::procedure::grasp::Grasp;
 use crate::procedure::journal::Journal;
-use crate::procedure::opening::Drive;
+use crate::procedure::opening::JawDrive;
 use crate::procedure::unrest::Unrest;
 use crate::sim::sample::Inputs;
 use crate::state::State;
@@ -30,7 +30,7 @@ pub struct Checkpoint {
     inputs: Inputs,
     tool: ToolState,
     proxy: Proxy,
-    drive: Drive,
+    drive: JawDrive,
     bounds: [Bounds; MAX_ORGANS],
     contacts: ToolContacts,
     grasp: Grasp,

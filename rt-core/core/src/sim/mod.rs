@@ -71,7 +71,7 @@ use crate::procedure::cautery::Cautery;
 use crate::procedure::clip::Clips;
 use crate::procedure::grasp::Grasp;
 use crate::procedure::journal::Journal;
-use crate::procedure::opening::Drive;
+use crate::procedure::opening::JawDrive;
 use crate::procedure::unrest::Unrest;
 use crate::scene::{Anchor, Attachment, Scene};
 use crate::sim::sample::Inputs;
@@ -115,7 +115,7 @@ pub struct Sim<'a> {
     inputs: Inputs,
     tool: ToolState,
     proxy: Proxy,
-    drive: Drive,
+    drive: JawDrive,
     bounds: [Bounds; MAX_ORGANS],
     contacts: ToolContacts,
     grasp: Grasp,
@@ -158,7 +158,7 @@ impl<'a> Sim<'a> {
             inputs: Inputs::of(&device),
             tool: ToolState::new(room.instrument_port_m, room.world_from_camera),
             proxy: Proxy::AT_HAND,
-            drive: Drive::new(device.opening),
+            drive: JawDrive::new(device.opening),
             bounds: [Bounds::EMPTY; MAX_ORGANS],
             contacts: ToolContacts::default(),
             grasp: Grasp::default(),
@@ -229,8 +229,11 @@ impl<'a> Sim<'a> {
         self.tear();
         self.leak();
         self.note_unrest();
-        let is_overrun = self.state.vessels.is_overrun();
-        faults.raise_if(is_overrun || self.journal.is_full(), Fault::EventOverflow);
+        let has_lost_leak = self.state.vessels.take_lost_leak();
+        faults.raise_if(
+            has_lost_leak || self.journal.is_full(),
+            Fault::EventOverflow,
+        );
         ports.stamp(Stage::Procedure);
 
         self.fault_counters.count(faults);
@@ -286,7 +289,7 @@ impl<'a> Sim<'a> {
             tool.buttons = sample.buttons;
             let takes_up = self.inputs.takes_up() && self.grasp.count() == 0;
             self.drive.follow(sample.opening, takes_up);
-            if let (Some(hand), true) = (self.drive.hand(), takes_up) {
+            if let (Some(hand), true) = (self.drive.handle_opening(), takes_up) {
                 tool.jaw = hand; // after a gap the jaws jump to it, without bite or cut
             }
             let handle = &self.proxy.handle(&tool.world_from_handle);
@@ -496,7 +499,7 @@ impl<'a> Sim<'a> {
             tracker: self.inputs.tracker_health(),
             pedal: self.inputs.pedal_health(),
             clips: self.clips.on_tubes(),
-            clips_left: self.clips.left(),
+            clips_left: self.clips.remaining(),
             contacts: &self.contacts,
             scene: &self.scene,
             bodies: &self.state.bodies,

@@ -24,7 +24,10 @@ impl Sim<'_> {
             self.change_instrument(self.tool.instrument.next());
         }
         let pressed = self.tool.buttons.contains(Buttons::GRASP);
-        let closing = self.drive.hand().map_or(pressed, |hand| hand <= JAW_HOLDS);
+        let closing = self
+            .drive
+            .handle_opening()
+            .map_or(pressed, |hand| hand <= JAW_HOLDS);
         let jaw = (self.drive).jaw(pressed, &jaws(&self.tool), &self.grasp);
         let bites = self.tool.jaw > JAW_HOLDS && jaw <= JAW_HOLDS;
         let closed = self.tool.jaw - jaw;
@@ -52,7 +55,7 @@ impl Sim<'_> {
             let touched = (self.contacts.forces.as_slice(), cells.as_slice());
             (self.cautery).burn(electrode, touched, &self.scene, bodies, vessels, journal);
         }
-        self.cautery.tell(electrode.is_none(), journal);
+        self.cautery.report(electrode.is_none(), journal);
     }
 
     /// Tears tissue that the tick has overstretched.
@@ -63,7 +66,7 @@ impl Sim<'_> {
         let (bodies, journal) = (&mut self.state.bodies, &mut self.journal);
         let vessels = &mut self.state.vessels;
         tear_all(&self.scene, bodies, |severed| {
-            vessels.note_change();
+            vessels.mark_changed();
             journal.raise(severed.event(EventKind::Tear));
         });
         bodies.tear_cells(&self.scene, |removed| journal.raise(removed.event()));
@@ -76,10 +79,10 @@ impl Sim<'_> {
         let blades = jaws(&self.tool);
         let (clips, vessels) = (self.clips.places(bodies), &mut self.state.vessels);
         let work = cut_all(&blades, closed, &clips, scene, bodies, |severed| {
-            vessels.note_change();
+            vessels.mark_changed();
             journal.raise(severed.event(EventKind::Cut));
         });
-        self.drive.note_cut(work.full_closing_j);
+        self.drive.set_cut_energy(work.full_closing_j);
         match (work.is_cutting, self.grasp.count()) {
             (true, 0) => self.grasp.close(&blades, |_| true, scene, bodies, faults),
             (false, 1..) => {
@@ -103,7 +106,7 @@ impl Sim<'_> {
             }
         }
         if bites {
-            self.state.vessels.note_change();
+            self.state.vessels.mark_changed();
             self.clips.close(&jaws, scene, bodies, |organ, number| {
                 journal.raise(Event {
                     kind: EventKind::Clip,
@@ -184,8 +187,8 @@ impl Sim<'_> {
         self.contacts.clear();
         self.tool.instrument = instrument;
         // The new jaws start as open as the handle, so that the change neither bites nor cuts.
-        self.tool.jaw = self.drive.hand().unwrap_or(1.0);
-        self.drive.note_cut(0.0);
+        self.tool.jaw = self.drive.handle_opening().unwrap_or(1.0);
+        self.drive.set_cut_energy(0.0);
     }
 
     pub(super) fn note_events(&mut self, faults: &mut FaultSet) {

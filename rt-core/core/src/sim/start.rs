@@ -35,10 +35,10 @@ impl Sim<'_> {
             let Some(is_from_low) = self.leaves_bag(organ, it) else {
                 continue;
             };
-            self.unrest.free(organ.into());
+            self.unrest.mark_freed(organ.into());
             for share in CLIPS_AT {
                 if let Some(step) = self.step_at(organ, it, share, is_from_low) {
-                    self.clips.put_on(&step, &mut self.state.bodies);
+                    self.clips.close_on(&step, &mut self.state.bodies);
                 }
             }
             if let (Task::Disconnect, Some(step)) =
@@ -56,7 +56,7 @@ impl Sim<'_> {
             }
         }
         let state = &mut *self.state;
-        state.vessels.note_prepared(&self.scene, &state.bodies);
+        state.vessels.mark_prepared(&self.scene, &state.bodies);
     }
 
     /// Removes the cells around the cystic duct and artery.

@@ -2,7 +2,7 @@
 
 use crate::math;
 use crate::port::Buttons;
-use crate::procedure::unrest::Found;
+use crate::procedure::unrest::Finding;
 use crate::sim::{STIR_M, Sim};
 use crate::words::{Event, EventKind};
 
@@ -44,11 +44,11 @@ impl Sim<'_> {
         }
         for sphere in self.grasp.spheres() {
             self.unrest
-                .free((*self.state.bodies.organ.at(sphere)).into());
+                .mark_freed((*self.state.bodies.organ.at(sphere)).into());
         }
         self.note_freed();
         if self.tick.is_multiple_of(SPREAD_TICKS) {
-            self.unrest.spread(&self.bounds, STIR_M);
+            self.unrest.spread_disturbance(&self.bounds, STIR_M);
         }
         let organs = self.scene.organs;
         let bodies = &self.state.bodies;
@@ -58,8 +58,8 @@ impl Sim<'_> {
         let (bounds, journal) = (&self.bounds, &mut self.journal);
         let mut tell = |organ: u32, at_m, found| {
             let (kind, value) = match found {
-                Found::Falls(distance_m) => (EventKind::Fall, distance_m),
-                Found::Shakes(speed_m_s) => (EventKind::Shake, speed_m_s),
+                Finding::Falls(distance_m) => (EventKind::Fall, distance_m),
+                Finding::Shakes(speed_m_s) => (EventKind::Shake, speed_m_s),
             };
             // If the journal has little room, the events of the operation come first.
             if journal.has_room() && (organ as usize) < organs.len() {
@@ -71,10 +71,10 @@ impl Sim<'_> {
                 });
             }
         };
-        self.unrest.look(bounds, &mut tell);
+        self.unrest.end_tick(bounds, &mut tell);
         let fastest = |organ| organs.get(organ).map(|it| bodies.fastest(it));
         self.unrest
-            .look_at_worked(hand_m_s, bounds, fastest, &mut tell);
+            .end_tick_of_worked_organs(hand_m_s, bounds, fastest, &mut tell);
     }
 
     /// Speed of the tip over the speed of the handle (the shaft is a lever about the port), at
@@ -104,7 +104,7 @@ impl Sim<'_> {
                 _ => false,
             };
             if let (true, Some(organ)) = (is_freed, event.organ) {
-                self.unrest.free(organ as usize);
+                self.unrest.mark_freed(organ as usize);
             }
         }
     }

@@ -11,13 +11,13 @@ const POWER_W: f32 = 30.0;
 /// Share of the power that becomes heat near the tip. Of the resistance around a small ball in
 /// tissue, `(1/a − 1/r) / 4πσ`, half lies within one radius of the ball's surface. The rest of the
 /// power hardly warms the organ.
-const NEAR: f32 = 0.5;
+const HEAT_SHARE: f32 = 0.5;
 /// Share of the heat that divides tissue at the tip under a cutting current, which boils cells at
 /// once; the rest desiccates the tissue around the tip. The share is assumed.
-const CUTTING_PARTS: f32 = 0.9;
+const CUTTING_SHARE: f32 = 0.9;
 /// Share of the heat that divides tissue under a coagulating current, which is interrupted and
 /// desiccates cells in its pauses. The share is assumed.
-const COAGULATING_PARTS: f32 = 0.15;
+const COAGULATING_SHARE: f32 = 0.15;
 /// Gap that steam and sparks bridge, m.
 const BRIDGED_M: f32 = 0.000_3;
 
@@ -44,7 +44,7 @@ pub(crate) struct Electrode {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Dose {
     /// Part of the energy that divides the touched tissue, J/m².
-    pub(crate) parting_j_m2: f32,
+    pub(crate) dividing_j_m2: f32,
     /// Part of the energy that desiccates the touched tissue and the tissue around it, J/m².
     pub(crate) drying_j_m2: f32,
     /// Width of the division, m.
@@ -70,9 +70,9 @@ impl Electrode {
             (false, true) => Current::Coagulate,
             _ => return None,
         };
-        let works = tool.instrument == Instrument::Hook && !tool.switches.paused;
+        let is_active = tool.instrument == Instrument::Hook && !tool.switches.paused;
         let tip = tool.capsules.iter().find(|part| part.role == Role::Tip)?;
-        works.then_some(Self {
+        is_active.then_some(Self {
             ends_m: [tip.a_m, tip.b_m],
             radius_m: tip.radius_m,
             current,
@@ -104,7 +104,7 @@ impl Electrode {
     pub(crate) fn touches_bar(&self, ends_m: &[Vec3; 2], radius_m: f32) -> f32 {
         // Bounding boxes reject distant links without a square root. The margin covers rounding.
         let reach_m = 1.01 * (self.radius_m + radius_m + BRIDGED_M);
-        if apart_m(&self.ends_m, ends_m) > reach_m {
+        if box_distance_m(&self.ends_m, ends_m) > reach_m {
             return 0.0;
         }
         let gap_m = distance_m(&self.ends_m, ends_m) - self.radius_m - radius_m;
@@ -116,13 +116,13 @@ impl Electrode {
     /// Dose for the contact area `touched_m2`; `None` if there is none.
     pub(crate) fn dose(&self, touched_m2: f32) -> Option<Dose> {
         let share = match self.current {
-            Current::Cut => CUTTING_PARTS,
-            Current::Coagulate => COAGULATING_PARTS,
+            Current::Cut => CUTTING_SHARE,
+            Current::Coagulate => COAGULATING_SHARE,
         };
-        let whole_j_m2 = POWER_W * NEAR * TICK_S / touched_m2;
-        (touched_m2 > 0.0 && whole_j_m2.is_finite()).then_some(Dose {
-            parting_j_m2: whole_j_m2 * share,
-            drying_j_m2: whole_j_m2 * (1.0 - share),
+        let total_j_m2 = POWER_W * HEAT_SHARE * TICK_S / touched_m2;
+        (touched_m2 > 0.0 && total_j_m2.is_finite()).then_some(Dose {
+            dividing_j_m2: total_j_m2 * share,
+            drying_j_m2: total_j_m2 * (1.0 - share),
             kerf_m: self.diameter_m(),
         })
     }
@@ -130,8 +130,8 @@ impl Electrode {
 
 impl Dose {
     /// Sum of both parts, J/m².
-    pub(crate) fn whole_j_m2(&self) -> f32 {
-        self.parting_j_m2 + self.drying_j_m2
+    pub(crate) fn total_j_m2(&self) -> f32 {
+        self.dividing_j_m2 + self.drying_j_m2
     }
 
     /// Part of the energy that opens the wall of this organ, J/m². All heat near the tip opens a
@@ -140,20 +140,20 @@ impl Dose {
     /// it dries.
     pub(super) fn opening_j_m2(&self, organ: Option<&Organ>) -> f32 {
         match organ.map(|it| it.inside) {
-            Some(Inside::Blood) => self.parting_j_m2,
-            _ => self.whole_j_m2(),
+            Some(Inside::Blood) => self.dividing_j_m2,
+            _ => self.total_j_m2(),
         }
     }
 
     /// Share of a touched link that the dose boils away, over the width of the electrode.
-    pub(crate) fn parts(&self) -> f32 {
-        self.parting_j_m2 / (BOIL_J_M3 * self.kerf_m)
+    pub(crate) fn boiled_share(&self) -> f32 {
+        self.dividing_j_m2 / (BOIL_J_M3 * self.kerf_m)
     }
 }
 
 /// Lower bound of the distance between two segments, m: the largest gap of their bounding boxes
 /// along an axis. Below zero where the boxes overlap.
-fn apart_m([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> f32 {
+fn box_distance_m([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> f32 {
     let own = a.inf(b) - c.sup(d);
     let other = c.inf(d) - a.sup(b);
     own.sup(&other).max()
@@ -164,9 +164,9 @@ fn distance_m([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> f32 {
     let (own, other, between) = (b - a, d - c, a - c);
     let (own2, other2) = (own.norm_squared(), other.norm_squared());
     let (along, on_own, on_other) = (own.dot(&other), own.dot(&between), other.dot(&between));
-    let share = |way: f32, whole: f32| {
-        let share = way / whole;
-        if whole > 0.0 {
+    let share = |numerator: f32, denominator: f32| {
+        let share = numerator / denominator;
+        if denominator > 0.0 {
             share.clamp(0.0, 1.0)
         } else {
             0.0
@@ -235,13 +235,13 @@ mod tests {
             electrode.and_then(|it| it.dose(2.0e-6)).expect("current")
         };
         for cut in [true, false] {
-            let whole_j = dose(cut).whole_j_m2() * 2.0e-6;
-            assert!((whole_j - POWER_W * NEAR * TICK_S).abs() < 1.0e-7);
+            let whole_j = dose(cut).total_j_m2() * 2.0e-6;
+            assert!((whole_j - POWER_W * HEAT_SHARE * TICK_S).abs() < 1.0e-7);
         }
-        assert!(dose(true).parting_j_m2 > dose(true).drying_j_m2);
-        assert!(dose(false).parting_j_m2 < dose(false).drying_j_m2);
+        assert!(dose(true).dividing_j_m2 > dose(true).drying_j_m2);
+        assert!(dose(false).dividing_j_m2 < dose(false).drying_j_m2);
         // A cord of 2 mm² that is boiled over the hook's width of 1.6 mm takes 6.4 J, at 13.5 W.
-        let ticks = dose(true).parts().recip();
+        let ticks = dose(true).boiled_share().recip();
         assert!((ticks - 474.0).abs() < 1.0, "{ticks}");
     }
 
@@ -281,8 +281,8 @@ mod tests {
             let electrode = fed(&hook(Instrument::Hook, true, false)).expect("current");
             let share = electrode.touches_bar(&points.map(Vec3::from), 0.001);
             prop_assert!((0.0..=1.0).contains(&share));
-            let parts = electrode.dose(m2).map_or(0.0, |dose| dose.parts());
-            prop_assert!(parts >= 0.0 && parts.is_finite());
+            let boiled_share = electrode.dose(m2).map_or(0.0, |dose| dose.boiled_share());
+            prop_assert!(boiled_share >= 0.0 && boiled_share.is_finite());
         }
     }
 }

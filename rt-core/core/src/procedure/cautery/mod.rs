@@ -30,10 +30,10 @@ use crate::words::{Event, EventKind};
 use wall::{HOLE_M2, Walls};
 
 /// Ticks between two burn events.
-const REPORTED_TICKS: u32 = 50;
+const REPORT_TICKS: u32 = 50;
 
 /// Largest number of links of tubes that a tick desiccates: as many as lie under a tip.
-const DRIED: usize = 32;
+const DESICCATED_LINKS_MAX: usize = 32;
 
 /// Burns since the last event.
 #[derive(Debug, Clone, Default)]
@@ -41,7 +41,7 @@ pub(crate) struct Cautery {
     /// Energy not yet in an event, by organ, J.
     burnt_j: [f32; MAX_ORGANS],
     /// Ticks until the next event may be raised.
-    quiet: u32,
+    quiet_ticks: u32,
     /// Position of the last burn, m.
     at_m: Vec3,
     walls: Walls,
@@ -76,9 +76,9 @@ impl Cautery {
         };
         self.at_m = electrode.middle_m();
         let mut areas_m2 = surfaces;
-        let mut dried: Vec<(u32, f32), DRIED> = Vec::new();
+        let mut desiccated: Vec<(u32, f32), DESICCATED_LINKS_MAX> = Vec::new();
         let severed = |severed: Severed| {
-            vessels.note_change();
+            vessels.mark_changed();
             journal.raise(severed.event(EventKind::Cut));
         };
         damage_all(scene, bodies, spare_none, severed, |bar, damage| {
@@ -94,14 +94,14 @@ impl Cautery {
                 *area_m2 += bar.area_m2 * touched;
             }
             if let Some(link) = bar.link {
-                let _ = dried.push((link, dose.drying_j_m2 * bar.area_m2 * touched));
+                let _ = desiccated.push((link, dose.drying_j_m2 * bar.area_m2 * touched));
             }
-            bar.damage_after_burn(damage, dose.parts() * touched)
+            bar.damage_after_burn(damage, dose.boiled_share() * touched)
         });
-        for (link, energy_j) in dried {
+        for (link, energy_j) in desiccated {
             if let Some(link) = scene.links.get(link as usize) {
-                vessels.dry(link.a, 0.5 * energy_j, scene, bodies);
-                vessels.dry(link.b, 0.5 * energy_j, scene, bodies);
+                vessels.desiccate(link.a, 0.5 * energy_j, scene, bodies);
+                vessels.desiccate(link.b, 0.5 * energy_j, scene, bodies);
             }
         }
         let burnt_j = &mut self.burnt_j;
@@ -117,10 +117,13 @@ impl Cautery {
             if area_m2 <= 0.0 {
                 continue;
             }
-            *burnt_j += dose.whole_j_m2() * area_m2;
-            let opens_j = dose.opening_j_m2(scene.organs.get(usize::from(organ))) * area_m2;
-            if let Some(hole) = self.walls.burn(organ, &self.at_m, opens_j, scene, bodies) {
-                vessels.burst(hole.sphere, HOLE_M2);
+            *burnt_j += dose.total_j_m2() * area_m2;
+            let wall_energy_j = dose.opening_j_m2(scene.organs.get(usize::from(organ))) * area_m2;
+            if let Some(hole) = self
+                .walls
+                .burn(organ, &self.at_m, wall_energy_j, scene, bodies)
+            {
+                vessels.perforate(hole.sphere, HOLE_M2);
                 journal.raise(Event {
                     kind: EventKind::Perforation,
                     organ: Some(u32::from(organ)),
@@ -132,15 +135,15 @@ impl Cautery {
     }
 
     /// Raises the burn events when they are due, and when the current `is_off`.
-    pub(crate) fn tell(&mut self, is_off: bool, journal: &mut Journal) {
-        self.quiet = self.quiet.saturating_sub(1);
-        if self.quiet > 0 && !is_off {
+    pub(crate) fn report(&mut self, is_off: bool, journal: &mut Journal) {
+        self.quiet_ticks = self.quiet_ticks.saturating_sub(1);
+        if self.quiet_ticks > 0 && !is_off {
             return;
         }
         for (organ, burnt_j) in (0u32..).zip(&mut self.burnt_j) {
             let value = core::mem::take(burnt_j);
             if value > 0.0 {
-                self.quiet = REPORTED_TICKS;
+                self.quiet_ticks = REPORT_TICKS;
                 journal.raise(Event {
                     kind: EventKind::Burn,
                     organ: Some(organ),
@@ -256,8 +259,8 @@ mod tests {
                     let touches = touched_bars_m2(&electrode, &layered, &scene, bodies) > 0.0;
                     given_j += if touches { 0.015 } else { 0.0 };
                     cautery.burn(&electrode, (&[], &[]), &scene, bodies, vessels, &mut journal);
-                    cautery.tell(false, &mut journal);
-                    reported_j += reported(&journal);
+                    cautery.report(false, &mut journal);
+                    reported_j += burn_energy_j(&journal);
                     for (i, before) in (0..LINKS).zip(&mut left) {
                         let now = bodies.damage.intact_of_link(i);
                         prop_assert!((0.0..=*before).contains(&now));
@@ -269,13 +272,13 @@ mod tests {
                 }
             }
             journal.begin();
-            cautery.tell(true, &mut journal);
-            reported_j += reported(&journal);
+            cautery.report(true, &mut journal);
+            reported_j += burn_energy_j(&journal);
             prop_assert!((reported_j - given_j).abs() < 1.0e-3 * given_j.max(0.1), "{} {}", reported_j, given_j);
         }
     }
 
-    fn reported(journal: &Journal) -> f32 {
+    fn burn_energy_j(journal: &Journal) -> f32 {
         let burns = journal
             .events()
             .iter()

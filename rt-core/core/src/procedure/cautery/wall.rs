@@ -22,7 +22,7 @@ struct Place {
     organ: u8,
     sphere: u32,
     from_sphere_m: Vec3,
-    taken_j: f32,
+    absorbed_j: f32,
 }
 
 /// Burnt places of walls.
@@ -50,31 +50,31 @@ impl Walls {
         scene: &Scene<'_>,
         bodies: &Bodies,
     ) -> Option<Hole> {
-        let whole_j = BOIL_J_M3 * HOLE_M2 * wall_m(scene.organs.get(usize::from(organ))?)?;
-        let off_m = |sphere: u32| at_m - bodies.nodes.at(sphere).center_m();
-        let near_m = |it: &Place| math::norm(&(off_m(it.sphere) - it.from_sphere_m));
+        let burn_through_j = BOIL_J_M3 * HOLE_M2 * wall_m(scene.organs.get(usize::from(organ))?)?;
+        let offset_m = |sphere: u32| at_m - bodies.nodes.at(sphere).center_m();
+        let near_m = |it: &Place| math::norm(&(offset_m(it.sphere) - it.from_sphere_m));
         let mut own = self.places.iter_mut().filter(|it| it.organ == organ);
         let place = match own.find(|it| near_m(it) < PLACE_RADIUS_M) {
             Some(place) => place,
             None => {
                 let it = scene.organs.get(usize::from(organ))?;
                 let spheres = it.sphere_start..it.sphere_start.saturating_add(it.sphere_count);
-                let distance2 = |sphere: &u32| off_m(*sphere).norm_squared();
+                let distance2 = |sphere: &u32| offset_m(*sphere).norm_squared();
                 let sphere = spheres.min_by(|a, b| distance2(a).total_cmp(&distance2(b)))?;
                 let place = Place {
                     organ,
                     sphere,
-                    from_sphere_m: off_m(sphere),
-                    taken_j: 0.0,
+                    from_sphere_m: offset_m(sphere),
+                    absorbed_j: 0.0,
                 };
                 self.add(place)?
             }
         };
-        let before_j = place.taken_j;
-        place.taken_j += energy_j.max(0.0);
-        (before_j < whole_j && place.taken_j >= whole_j).then_some(Hole {
+        let before_j = place.absorbed_j;
+        place.absorbed_j += energy_j.max(0.0);
+        (before_j < burn_through_j && place.absorbed_j >= burn_through_j).then_some(Hole {
             sphere: place.sphere,
-            energy_j: whole_j,
+            energy_j: burn_through_j,
         })
     }
 
@@ -83,10 +83,10 @@ impl Walls {
         if self.places.push(place).is_ok() {
             return self.places.last_mut();
         }
-        let by_energy = |a: &&mut Place, b: &&mut Place| a.taken_j.total_cmp(&b.taken_j);
-        let least = self.places.iter_mut().min_by(by_energy)?;
-        *least = place;
-        Some(least)
+        let by_energy = |a: &&mut Place, b: &&mut Place| a.absorbed_j.total_cmp(&b.absorbed_j);
+        let least_burnt = self.places.iter_mut().min_by(by_energy)?;
+        *least_burnt = place;
+        Some(least_burnt)
     }
 }
 

@@ -12,18 +12,18 @@ pub(crate) const GRIP_MAX_N: f32 = 4.0;
 /// Friction of a profiled jaw, relative to that of a smooth jaw. The value stands for the teeth of
 /// an atraumatic jaw, and lies between 1 and that of the best profile (22 N / 3 N, the source
 /// above).
-const PROFILE: f32 = 4.0;
+const PROFILE_FACTOR: f32 = 4.0;
 /// Width of a jaw, m.
 const JAW_WIDTH_M: f32 = 0.003;
 /// Stiffness of the grip itself, N/m: below the limit of a Touch-class device.
 pub(super) const GRIP_N_M: f32 = 500.0;
 /// Least thickness under the squeeze, as a share of the free thickness.
-const THINNEST: f32 = 0.05;
+const STRETCH_MIN: f32 = 0.05;
 
 /// Pressure of jaws that crushes tissue, Pa. Harm to liver, bowel and ureter grows from 100 to 300
 /// kPa (porcine; De et al. 2007, 10.1177/0278364907082847). Liver is harmed first; the values of
 /// other organs within that range are assumed.
-pub(super) fn crushed_by_pa(inside: Inside) -> f32 {
+pub(super) fn crush_pressure_pa(inside: Inside) -> f32 {
     match inside {
         Inside::Liver => 1.5e5,
         Inside::Food => 1.8e5,
@@ -45,7 +45,7 @@ pub(super) struct Bite {
     friction: f32,
     /// Stiffness of the tissue behind the bite, as a half-space under a disc as wide as the bite,
     /// N/m.
-    behind_n_m: f32,
+    backing_n_m: f32,
 }
 
 impl Bite {
@@ -62,13 +62,13 @@ impl Bite {
         let center = |sphere| bodies.nodes.at(sphere).center_m();
         let middle_m: Vec3 = spheres.clone().map(center).sum::<Vec3>() * share;
         let (mut thick, mut long) = (Extent::NONE, Extent::NONE);
-        let (mut wide_m, mut plane_pa) = (0.0f32, 0.0);
+        let (mut radius_max_m, mut plane_pa) = (0.0f32, 0.0);
         let mut bite = Self::default();
         for sphere in spheres {
             let (from_m, radius_m) = (center(sphere) - middle_m, *bodies.radius_m.at(sphere));
             thick.add(from_m.dot(across), radius_m);
             long.add(from_m.dot(along), radius_m);
-            wide_m = wide_m.max(math::norm(&from_m) + radius_m);
+            radius_max_m = radius_max_m.max(math::norm(&from_m) + radius_m);
             let material = scene.material_of(*bodies.organ.at(sphere));
             bite.shear_pa += share * material.young_pa / (2.0 * (1.0 + material.poisson));
             plane_pa += share * material.young_pa / (1.0 - material.poisson * material.poisson);
@@ -76,24 +76,24 @@ impl Bite {
         }
         bite.thickness_m = thick.length_m().min(gap_m);
         bite.area_m2 = JAW_WIDTH_M * long.length_m().min(length_m);
-        bite.behind_n_m = 2.0 * plane_pa * wide_m;
+        bite.backing_n_m = 2.0 * plane_pa * radius_max_m;
         bite
     }
 
     /// Force on jaws that are `gap_m` apart, N: a neo-Hookean slab between two plates, `A G (1/λ² −
     /// λ)`.
     pub(super) fn squeeze_n(&self, gap_m: f32) -> f32 {
-        let left = gap_m / self.thickness_m.max(f32::MIN_POSITIVE);
-        if left >= 1.0 {
+        let stretch = gap_m / self.thickness_m.max(f32::MIN_POSITIVE);
+        if stretch >= 1.0 {
             return 0.0;
         }
-        let left = left.max(THINNEST);
-        self.area_m2 * self.shear_pa * ((left * left).recip() - left)
+        let stretch = stretch.max(STRETCH_MIN);
+        self.area_m2 * self.shear_pa * ((stretch * stretch).recip() - stretch)
     }
 
     /// Pull that overcomes the friction on both jaws, N, if they press with `grip_n`.
     pub(super) fn slip_n(&self, grip_n: f32) -> f32 {
-        2.0 * PROFILE * self.friction * grip_n
+        2.0 * PROFILE_FACTOR * self.friction * grip_n
     }
 
     /// Pressure of jaws that press with `grip_n`, Pa.
@@ -105,7 +105,7 @@ impl Bite {
     /// tissue behind it.
     pub(super) fn pull_stiffness_n_m(&self, share: f32) -> f32 {
         let grip_n_m = GRIP_N_M * share;
-        grip_n_m * self.behind_n_m / (grip_n_m + self.behind_n_m).max(f32::MIN_POSITIVE)
+        grip_n_m * self.backing_n_m / (grip_n_m + self.backing_n_m).max(f32::MIN_POSITIVE)
     }
 }
 
@@ -148,8 +148,14 @@ mod tests {
         let scene = Scene::new(&organs, &spheres, &[], room()).unwrap();
         let mut bodies = Box::new(Bodies::new());
         bodies.load(&scene);
-        let ways = (&Vec3::y(), &Vec3::z());
-        Bite::new([0, 1].into_iter(), (gap_m, 0.02), ways, &scene, &bodies)
+        let directions = (&Vec3::y(), &Vec3::z());
+        Bite::new(
+            [0, 1].into_iter(),
+            (gap_m, 0.02),
+            directions,
+            &scene,
+            &bodies,
+        )
     }
 
     #[test]
