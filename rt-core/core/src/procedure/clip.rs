@@ -1,10 +1,9 @@
 //! Clips: a clip closes the tubes between the jaws of the closing applier, as far as the clip
-//! reaches over the tubes.
+//! covers them.
 //!
-//! A clip stays on its link of the tube, moves with the link, and makes it stiff and thin. A tube
-//! that is squeezed flat is half its circumference wide; the part of this width that the clip does
-//! not reach stays open. Scissors do not cut a clip (`cut.rs`). A clip that closes on no tube is
-//! lost.
+//! A clip stays on its link of the tube, moves with the link, and makes it stiff and thin. A
+//! flattened tube is half its circumference wide; the part of this width that the clip does not
+//! cover stays open. Scissors do not cut a clip (`cut.rs`). A clip that closes on no tube is lost.
 
 use heapless::Vec;
 
@@ -21,9 +20,9 @@ const CLIP_LENGTH_M: f32 = 0.009;
 /// Half of the length of tube that a clip occupies, m. Blades do not cut closer to the clip than
 /// this.
 const HALF_WIDTH_M: f32 = 0.001_2;
-/// Compliance of a clipped link, relative to the link's own compliance.
+/// Compliance of a clipped link, as a share of the link's own compliance.
 const CLIPPED_COMPLIANCE_SHARE: f32 = 0.02;
-/// Thickness of a tube that is fully closed, relative to the open tube.
+/// Thickness of a fully closed tube, as a share of the thickness of the open tube.
 const CLOSED_THICKNESS_SHARE: f32 = 0.5;
 
 /// A clip on a tube.
@@ -69,9 +68,9 @@ impl Clips {
         CLIPS.saturating_sub(self.used)
     }
 
-    /// Organs with a tube between closing jaws. The applier holds only these organs, and holds them
-    /// before the jaws touch them: the ends of a clip close first, so tissue between its legs
-    /// cannot slip out.
+    /// Organs with a tube between closing jaws. The applier grasps only these organs. It grasps
+    /// them before the jaws touch them, because the ends of a clip close first, so that tissue
+    /// between its legs cannot slip out.
     pub(crate) fn between(
         jaws: &Jaws<'_>,
         scene: &Scene<'_>,
@@ -134,7 +133,7 @@ impl Clips {
         }
     }
 
-    /// Closes the next clip fully on this step of a tube, without an applier.
+    /// Closes the next clip fully on this segment of a tube, without an applier.
     pub(crate) fn close_on(&mut self, segment: &TubeSegment, bodies: &mut Bodies) {
         let (ends_m, _) = segment_ends(segment, bodies);
         let clip = Clip {
@@ -167,7 +166,7 @@ impl Clips {
     }
 
     /// Holds clipped tubes together and turns each clip with its tube, after the constraints of a
-    /// substep of `organ`. If `organ` is `None`: for the clips of all organs.
+    /// substep of `organ`. If `organ` is `None`, does so for the clips of all organs.
     pub(crate) fn carry(&mut self, organ: Option<u8>, scene: &Scene<'_>, bodies: &mut Bodies) {
         for clip in &mut self.clips {
             let [a, b] = clip.spheres;
@@ -195,8 +194,8 @@ impl Clips {
     }
 }
 
-/// True if a clip at one of these places blocks blades that would cut here. `link` is the index of
-/// the link to be cut, if it is one.
+/// True if a clip at one of these places keeps blades from cutting at `at_m`. `link` is the index
+/// of the link to be cut, if a link is to be cut.
 pub(crate) fn clip_blocks(places: &[(u32, Vec3)], link: Option<u32>, at_m: &Vec3) -> bool {
     let blocks =
         |place: &(u32, Vec3)| Some(place.0) == link || math::norm(&(place.1 - at_m)) < HALF_WIDTH_M;
@@ -209,7 +208,7 @@ fn squeeze(clip: &Clip, bodies: &mut Bodies) {
     *radius_m *= 1.0 - (1.0 - CLOSED_THICKNESS_SHARE) * clip.closed;
 }
 
-/// Ends of a step (link) along a tube, world frame, m, and the radius of the tube there, m.
+/// Ends of a segment of a tube, world frame, m, and the radius of the tube there, m.
 fn segment_ends(segment: &TubeSegment, bodies: &Bodies) -> ([Vec3; 2], f32) {
     let spheres = [u32::from(segment.a), u32::from(segment.b)];
     let [a, b] = spheres.map(|it| *bodies.radius_m.at(it));

@@ -2,10 +2,10 @@
 //!
 //! The damage of a link (of a tube, band or suture) between the blades begins when the gap is as
 //! narrow as the link is thick, and is complete when the gap is shut. A link that slides out of the
-//! blades keeps its damage. The edges grip, so tissue between the blades moves with them. The arm
-//! does not feel the cutting force, because the forces of the two blades are in balance. The arm
+//! blades keeps its damage. The edges grip, so tissue between the blades moves with them. The hand
+//! does not feel the cutting force at the shaft, because the forces of the two blades balance. It
 //! feels that the severed tissue no longer pulls. Fingers in a handle that opens and shuts feel the
-//! force ([`crate::procedure::opening`]). Tetrahedra are not cut yet.
+//! cutting force ([`crate::procedure::opening`]). Tetrahedra are not cut yet.
 
 use crate::math::Vec3;
 use crate::procedure::clip::clip_blocks;
@@ -14,18 +14,18 @@ use crate::scene::Scene;
 use crate::tissue::Bodies;
 use crate::tissue::damage::{Severed, damage_all, spare_none};
 
-/// Work of closing blades.
+/// Resistance of tissue to closing blades.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct CutWork {
-    /// True if tissue is left between the blades.
+    /// True if uncut tissue is between the blades.
     pub(crate) is_cutting: bool,
     /// Energy that a full closing of the blades would take at the present rate, J.
     pub(crate) full_closing_j: f32,
 }
 
 /// Cuts the links between these blades, which have closed by the share `closed_share` of their full
-/// opening. Spares places at clips (`clips`: links and places, world frame, m). `severed` receives
-/// each severed link. O(attachments and elastic links of organs that move).
+/// opening in this tick. Does not cut at clips (`clips`: links and places, world frame, m).
+/// `severed` receives each severed link. O(attachments and elastic links of organs that move).
 pub(crate) fn cut_all(
     blades: &Jaws<'_>,
     closed_share: f32,

@@ -1,4 +1,4 @@
-//! The handle's opening: the jaws follow it, and the fingers feel what the jaws hold or cut.
+//! The handle's opening: the jaws follow it, and the fingers feel the tissue between the jaws.
 //!
 //! A spring presses on the fingers. Its stiffness `K` is the largest that the device renders
 //! stably, so the fingers never feel anything stiffer. The fingers travel by `L` from shut to wide
@@ -7,15 +7,15 @@
 //! - Grasper: the spring joins the fingers to the jaws (a god-object, as in
 //!   [`crate::haptics::proxy`]). With the fingers at `h` and the jaws at `j`, both 0 shut to 1 wide
 //!   open, the spring presses on the fingers with `F = K L (j − h)`, at most the device's peak. By
-//!   virtual work it presses on the tissue with `F L / g`. The jaws stand where the tissue's
+//!   virtual work it presses on the tissue with `F L / g`. The jaws stop where the tissue's
 //!   resistance balances this force. So tissue is never squeezed harder than the fingers feel. A
 //!   handle without a motor drives its jaws as a button does, with 4 N at most.
-//! - Scissors: the blades are where the fingers are. A cut takes the energy that parts the tissue
-//!   (its toughness times the area), spread over the travel of the fingers (Mahvash et al. 2008).
-//!   The spring's anchor slips when the spring is as strong as the cut (plastic friction, Hayward
-//!   and Armstrong 2000), so fingers that tremble feel no chatter. Greenish et al. 2002 recorded
-//!   such forces at scissors.
-//! - Hook and clip applier: the jaws are where the fingers are. No force is rendered, because no
+//! - Scissors: the blades follow the fingers exactly. A cut takes the fracture energy of the tissue
+//!   (toughness times area), spread over the travel of the fingers (Mahvash et al. 2008). The
+//!   spring's anchor slips when the spring is as strong as the cut (plastic friction, Hayward and
+//!   Armstrong 2000), so fingers that tremble feel no chatter. Greenish et al. 2002 recorded such
+//!   forces at scissors.
+//! - Hook and clip applier: the jaws follow the fingers exactly. No force is rendered, because no
 //!   source gives the force that closes a clip.
 
 use crate::port::Opening;
@@ -25,10 +25,11 @@ use crate::tool::Instrument;
 
 /// Time in which the jaws close or open fully, s. A surgeon's hand needs 0.5 s (Barrie et al.).
 pub(crate) const JAW_TIME_S: f32 = 0.15;
-/// Bisections that find the jaws' balance: to 1/65536 of the opening, which is 0.4 mN for a spring
-/// of 25 N over the whole travel. With ten bisections the fingers feel steps.
+/// Bisections that find the balance of the jaws. Sixteen find it to 1/65536 of the opening, which
+/// is 0.4 mN for a spring of 25 N over the whole travel. With ten bisections the fingers feel
+/// steps.
 const BISECTIONS: u32 = 16;
-/// Bisections for jaws that a button closes. No hand feels where such jaws stop.
+/// Bisections for jaws that a button closes. The hand does not feel where such jaws stop.
 const BUTTON_BISECTIONS: u32 = 10;
 
 /// The drive of the jaws by the handle, and its state.
@@ -37,11 +38,11 @@ pub(crate) struct JawDrive {
     handle: Opening,
     /// Opening of the handle that the jaws follow; `None`: a button closes them.
     handle_opening: Option<f32>,
-    /// Opening at which the jaws stand.
+    /// Opening of the jaws.
     jaw: f32,
     /// Opening at which the spring on the fingers is anchored.
     anchor: f32,
-    /// Energy that the present cut would take over a full closing of the blades, J.
+    /// Energy that a full closing of the blades would take if all of it cut as now, J.
     cut_j: f32,
 }
 
@@ -56,8 +57,9 @@ impl JawDrive {
         }
     }
 
-    /// Follows a handle that is open by `handle_opening`, no faster than jaws move, but at once for
-    /// the first sample after a gap (`is_first`). A sample without an opening changes nothing.
+    /// Follows a handle that is open by `handle_opening`, no faster than jaws can move. The first
+    /// sample after a gap (`is_first`) is followed at once. A sample without an opening changes
+    /// nothing.
     pub(crate) fn follow(&mut self, handle_opening: Option<f32>, is_first: bool) {
         let Some(handle_opening) = handle_opening.filter(|_| self.handle.is_measured()) else {
             return;
@@ -89,8 +91,8 @@ impl JawDrive {
         };
     }
 
-    /// Opening at which the jaws stand after this tick. A button closes the jaws while it is
-    /// `pressed`; of a handle that opens and shuts, `settle` has computed the opening.
+    /// Opening of the jaws after this tick. A button closes the jaws while it is `pressed`. For a
+    /// handle that opens and shuts, [`Self::settle`] has computed the opening.
     pub(crate) fn jaw(&self, pressed: bool, jaws: &Jaws<'_>, grasp: &Grasp) -> f32 {
         if self.handle_opening.is_some() {
             return self.jaw;
@@ -119,7 +121,7 @@ impl JawDrive {
         }
     }
 
-    /// Notes the energy that the present cut would take over a full closing of the blades, J.
+    /// Sets the energy that a full closing of the blades would take if all of it cut as now, J.
     pub(crate) const fn set_cut_energy(&mut self, full_closing_j: f32) {
         self.cut_j = full_closing_j;
     }

@@ -2,42 +2,42 @@
 //!
 //! A moving hand moves organs, which is no fault. An organ shakes only if its motion reverses many
 //! times a second, and if it is much faster than the tip was at any time in the last half second.
-//! Tissue that is pulled, slips or swings does not do both: it reverses less often, or is about as
-//! fast as the tip.
+//! Tissue that is pulled, slips or swings either reverses less often, or is about as fast as the
+//! tip.
 //!
 //! Nothing here feeds back into the simulation.
 
 use crate::capacity::MAX_ORGANS;
 use crate::math::{self, Vec3};
 
-/// Length of a part, ticks: time is divided into parts, and organs are judged at the end of each.
-/// The hand counts with its largest speed in this part and the two before, so in at least the last
-/// 0.5 s.
+/// Length of an interval, ticks. Organs are judged at the end of each interval, by the largest
+/// speed of the hand in this interval and the two before: at least the last 0.5 s.
 const INTERVAL_TICKS: u16 = 250;
-/// Number of parts in a row that must count as shaking before an organ is reported: 6 s, as long as
-/// for an organ that no tool moves.
+/// Number of consecutive intervals with shaking after which an organ is reported: 6 s, as for an
+/// organ that no tool moves.
 const INTERVALS: u8 = 24;
-/// Fewest reversals of the watched sphere in a part that count as shaking. A swing of 8 Hz makes
-/// four. A hand goes back and forth at most 5 times a second, hanging tissue once or twice.
+/// Least number of reversals of the watched sphere in an interval with shaking. An oscillation of 8
+/// Hz makes four. A hand moves back and forth at most 5 times a second, hanging tissue once or
+/// twice.
 const REVERSALS: u8 = 3;
 /// Multiple of the hand's speed up to which the hand explains the speed of an organ. The factor is
-/// our choice: it leaves room for tissue that a tip drags or lets slip. Nobody has measured how
-/// fast such tissue gets.
+/// assumed: it allows for tissue that a tip drags or lets slip. No measurement of the speed of such
+/// tissue is known to us.
 const HAND_FACTOR: f32 = 3.0;
 
-/// One organ.
+/// Motion of one organ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct OrganMotion {
-    /// Sphere whose reversals are counted: the fastest at the end of the last part. `None` if the
-    /// organ was slow in that part.
+    /// Sphere whose reversals are counted: the fastest at the end of the last interval. `None` if
+    /// the organ was slow in that interval.
     sphere: Option<u32>,
-    /// Last velocity of that sphere that counted, m/s.
+    /// Last velocity of that sphere above the speed limit, m/s.
     last_velocity_m_s: Vec3,
-    /// Reversals of that sphere in this part.
+    /// Reversals of that sphere in this interval.
     reversals: u8,
-    /// Largest speed in this part, m/s.
+    /// Largest speed in this interval, m/s.
     peak_m_s: f32,
-    /// Parts in a row that counted as shaking.
+    /// Consecutive intervals with shaking.
     intervals: u8,
 }
 
@@ -56,7 +56,7 @@ impl OrganMotion {
 pub(crate) struct Shaking {
     organs: [OrganMotion; MAX_ORGANS],
     ticks: u16,
-    /// Largest speed of the hand, at the tip, in this part and in each of the two before, m/s.
+    /// Largest speed of the hand, at the tip, in this interval and in each of the two before, m/s.
     hand_m_s: [f32; 3],
 }
 
@@ -75,8 +75,8 @@ impl Shaking {
         }
     }
 
-    /// Sphere of the organ whose velocity `Self::note_velocity` needs; `None` if the organ was slow
-    /// in the last part.
+    /// Sphere of the organ whose velocity [`Self::note_velocity`] needs; `None` if the organ was
+    /// slow in the last interval.
     pub(crate) fn watched(&self, organ: usize) -> Option<u32> {
         self.organs.get(organ)?.sphere
     }
@@ -94,9 +94,9 @@ impl Shaking {
         }
     }
 
-    /// Ends a tick in which the hand had this speed. At the end of a part, calls `report` with each
-    /// organ that has shaken for [`INTERVALS`] parts, and with its largest speed in the last of
-    /// them. `fastest` gives the fastest sphere of an organ.
+    /// Ends a tick in which the hand had this speed. At the end of an interval, calls `report` with
+    /// each organ that has shaken for [`INTERVALS`] intervals, and with its largest speed in the
+    /// last of them. `fastest` gives the fastest sphere of an organ.
     pub(crate) fn end_tick(
         &mut self,
         hand_m_s: f32,
@@ -166,7 +166,7 @@ mod tests {
     fn an_organ_that_turns_back_often_and_outruns_a_moving_hand_shakes() {
         for (hz, hand_m_s) in [(8.0, 0.02), (40.0, 0.02), (180.0, 0.08)] {
             let at = found(20_000, hz, 0.3, |_| hand_m_s);
-            // No sphere is watched in the first part, so 24 more parts must pass.
+            // No sphere is watched in the first interval, so 24 more intervals must pass.
             assert_eq!(at, Some(25 * 250 - 1), "{hz} Hz");
         }
     }
@@ -177,7 +177,7 @@ mod tests {
         assert_eq!(found(20_000, 5.0, 0.3, |_| 0.02), None, "a hand's own pace");
         assert_eq!(found(20_000, 40.0, 0.02, |_| 0.0), None, "a slow organ");
         assert_eq!(found(20_000, 40.0, 0.3, |_| 0.11), None, "the hand is fast");
-        // A jerk of the hand every 6 s breaks the row of parts before it is 6 s long.
+        // A jerk of the hand every 6 s interrupts the sequence of intervals before it is 6 s long.
         let jerks = |tick: u32| if tick % 6000 == 3000 { 0.5 } else { 0.0 };
         assert_eq!(found(40_000, 40.0, 0.3, jerks), None);
     }

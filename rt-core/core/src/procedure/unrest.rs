@@ -1,16 +1,16 @@
-//! Organs that fall or shake: signs that a scene does not hold together.
+//! Organs that fall or shake, which is a sign of a faulty scene.
 //!
-//! An organ falls when its middle stays farther from its initial place than its bounding box is
-//! long. An organ shakes when no tool moves it, and its speed neither falls below a bound nor dies
-//! away. Both are reported once, and again after a reset. Shaking is also reported again if the
-//! organ came to rest in between.
+//! An organ falls when its middle stays farther from its initial place than the diagonal of its
+//! bounding box. An organ shakes when no tool moves it, and its speed neither falls below a limit
+//! nor decays. Both are reported once, and again after a reset. Shaking is also reported again if
+//! the organ came to rest in between.
 //!
-//! Tissue that the trainee works on moves for a good reason. So an organ that a tool moves, or
-//! moved a moment ago, is not reported as falling, nor are the organs next to it. Such an organ is
+//! Tissue that the trainee works on may move. So an organ that a tool moves, or has moved in the
+//! last two seconds, is not reported as falling, nor are the organs next to it. Such an organ is
 //! reported as shaking only if it is faster than the hand explains ([`super::shaking`]). An organ
-//! may fall or dangle once it was grasped, or once something was cut, burnt away or torn at it
-//! while a tool worked. So may all organs that attachments join to it, up to organs with held
-//! tissue.
+//! is freed, and may fall or dangle, once it was grasped, or once something was cut, burnt away or
+//! torn at it while a tool worked. All organs that attachments join to it are freed with it, up to
+//! organs with held spheres.
 //!
 //! Nothing here feeds back into the simulation.
 
@@ -21,23 +21,24 @@ use crate::scene::{Anchor, Scene};
 use crate::tissue::Bounds;
 
 /// Time for which an organ still counts as moved after a tool moved it, ticks. A liver that was
-/// pressed is back at its place within a second.
+/// pressed has returned to its place within a second.
 const DISTURBED_TICKS: u16 = 2000;
 /// Time for which an organ must be away from its place to count as fallen, ticks. In this time an
 /// organ falls freely by 0.2 m.
 const DISPLACED_TICKS: u16 = 200;
 /// Speed above which an organ shakes, m/s. A sphere is then 0.1 mm ahead of its trail of 32 ticks,
-/// which is a pixel of a picture of 10 cm and 1000 pixels.
+/// which is one pixel if 1000 pixels show 10 cm.
 const SHAKE_SPEED_M_S: f32 = 0.003;
 /// Factor on `SHAKE_SPEED_M_S` for an organ that touches a tool at rest, because pressed tissue
 /// alternates between places.
 const TOUCHED_FACTOR: f32 = 10.0;
-/// Length of a window in which the largest speed is measured, ticks: several swings of any organ.
+/// Length of a window in which the largest speed is measured, ticks: several oscillations of any
+/// organ.
 const WINDOW_TICKS: u16 = 2000;
 /// Number of windows without rest after which an organ counts as shaking.
 const WINDOWS: u8 = 3;
-/// Share of its speed that an organ must keep from window to window. An organ that keeps less
-/// swings out: its speed falls to a tenth within 9 s.
+/// Share of its speed that an organ must keep from window to window to count as shaking. The
+/// oscillation of an organ that keeps less decays: its speed falls to a tenth within 9 s.
 const PERSISTENCE_SHARE: f32 = 0.6;
 
 /// A finding about an organ.
@@ -53,7 +54,7 @@ pub(crate) enum Finding {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct OrganWatch {
     place_m: Vec3,
-    /// Distance from its place beyond which it falls, m.
+    /// Distance from its place beyond which it counts as falling, m.
     displacement_max_m: f32,
     /// Ticks for which the organ still counts as moved by a tool.
     disturbed_ticks: u16,
@@ -137,7 +138,7 @@ impl OrganWatch {
 #[derive(Debug, Clone)]
 pub(crate) struct Unrest {
     organs: [OrganWatch; MAX_ORGANS],
-    /// Group of each organ. Attachments join the organs of a group. An organ with held tissue is
+    /// Group of each organ. Attachments join the organs of a group. An organ with held spheres is
     /// alone in its group.
     group: [u8; MAX_ORGANS],
     /// Speed with which breathing may move an organ, m/s.
@@ -162,8 +163,8 @@ impl Unrest {
             period_s if period_s > 0.0 => breaths.fold(0.0, f32::max),
             _ => 0.0,
         };
-        // The raised cosine of a breath reaches the speed π · breath / period. A far end may move
-        // twice as far.
+        // The raised cosine of a breath reaches the speed π · breath / period. The far end of an
+        // organ may move twice as fast.
         let per_s = 2.0 * core::f32::consts::PI / scene.room.breath_s.max(0.1);
         self.breath_m_s = breath_m * per_s;
         self.shaking = Shaking::NONE;
@@ -176,8 +177,8 @@ impl Unrest {
         }
     }
 
-    /// Numbers the groups of organs that attachments join. An organ with held tissue ends a group.
-    /// `organ_of` gives the organ of a sphere.
+    /// Numbers the groups of organs that attachments join. Groups do not extend across an organ
+    /// with held spheres. `organ_of` gives the organ of a sphere.
     pub(crate) fn load(&mut self, scene: &Scene<'_>, organ_of: impl Fn(u32) -> u8) {
         for (number, group) in (0u8..).zip(&mut self.group) {
             *group = number;
@@ -187,8 +188,8 @@ impl Unrest {
             let spheres = scene.spheres.iter().skip(organ.sphere_start as usize);
             *held = spheres.take(organ.sphere_count as usize).any(|it| it.held);
         }
-        // The smallest number of a group reaches all its organs in fewer rounds than there are
-        // organs.
+        // Every organ of a group adopts the smallest number in the group, in fewer rounds than
+        // there are organs.
         for _ in 0..MAX_ORGANS {
             for tie in scene.attachments {
                 let Anchor::Sphere(other) = tie.to else {
@@ -415,7 +416,7 @@ mod tests {
 
     #[test]
     fn what_swings_out_or_creeps_or_is_worked_on_does_not_shake() {
-        // A second-long swing that loses half of its speed in each second.
+        // An oscillation that loses half of its speed in each second.
         let swings = |_: &mut Unrest, tick: u32| {
             let mut speed_m_s = 1.0;
             for _ in 0..tick / 1000 {

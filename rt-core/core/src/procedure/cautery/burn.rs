@@ -8,13 +8,13 @@ use crate::scene::{Cell, Scene};
 use crate::tissue::cells::Removed;
 use crate::tissue::{Bodies, Bounds};
 
-/// Largest number of cells under a tip; further ones take no heat in this tick.
+/// Largest number of cells under a tip; further cells absorb no heat in this tick.
 const TOUCHED_MAX: usize = 48;
-/// Distance from the electrode's middle within which a cell is tested, m. For this first check, the
-/// cell moves with its nearest sphere alone.
+/// Distance from the electrode's middle within which a cell is tested, m. This first check uses an
+/// approximate position of the cell, from its nearest sphere alone.
 const SEARCH_RADIUS_M: f32 = 0.010;
 
-/// Radius of the ball that stands for a cell, as a share of its longest side.
+/// Radius of the ball that approximates a cell, as a share of the cell's longest side.
 const RADIUS_SHARE: f32 = 0.5;
 
 /// Contact area of an electrode with a cell, m².

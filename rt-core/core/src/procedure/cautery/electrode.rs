@@ -1,4 +1,4 @@
-//! The bare tip of the hook under current: its position, its contact area, its energy.
+//! The bare tip of the hook under current: position, contact area and energy.
 
 use crate::math::{self, Vec3};
 use crate::port::PedalSample;
@@ -10,10 +10,10 @@ use crate::tool::{Instrument, Role, ToolState};
 const POWER_W: f32 = 30.0;
 /// Share of the power that becomes heat near the tip. Of the resistance around a small ball in
 /// tissue, `(1/a − 1/r) / 4πσ`, half lies within one radius of the ball's surface. The rest of the
-/// power hardly warms the organ.
+/// power spreads over the organ and hardly warms it.
 const HEAT_SHARE: f32 = 0.5;
 /// Share of the heat that divides tissue at the tip under a cutting current, which boils cells at
-/// once; the rest desiccates the tissue around the tip. The share is assumed.
+/// once. The rest desiccates the tissue around the tip. The share is assumed.
 const CUTTING_SHARE: f32 = 0.9;
 /// Share of the heat that divides tissue under a coagulating current, which is interrupted and
 /// desiccates cells in its pauses. The share is assumed.
@@ -40,7 +40,7 @@ pub(crate) struct Electrode {
     current: Current,
 }
 
-/// Energy of a tick's current per contact area, J/m², which falls as the contact area grows.
+/// Energy of a tick's current per contact area, J/m². It falls as the total contact area grows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Dose {
     /// Part of the energy that divides the touched tissue, J/m².
@@ -89,13 +89,13 @@ impl Electrode {
         2.0 * self.radius_m
     }
 
-    /// Contact area with an organ if the whole length of the electrode lies in its surface, m².
+    /// Contact area with an organ if the electrode lies on its surface with its whole length, m².
     pub(crate) fn side_m2(&self) -> f32 {
         math::norm(&(self.ends_m[1] - self.ends_m[0])) * self.diameter_m()
     }
 
-    /// Contact with a ball of tissue: 1 if the electrode touches the ball; it falls to 0 at the gap
-    /// that the current bridges.
+    /// Contact with a ball of tissue: 1 if the electrode touches the ball. It falls to 0 at the
+    /// widest gap that the current bridges.
     pub(crate) fn touches_ball(&self, center_m: &Vec3, radius_m: f32) -> f32 {
         self.touches_bar(&[*center_m; 2], radius_m)
     }
@@ -135,9 +135,9 @@ impl Dose {
     }
 
     /// Part of the energy that opens the wall of this organ, J/m². All heat near the tip opens a
-    /// wall: half of the power stays within 0.8 mm of the tip's surface, so within the wall, and a
-    /// wall that has lost its water gives way. The wall of an artery shrinks and seals instead as
-    /// it dries.
+    /// wall: it is released within 0.8 mm of the tip's surface, which is within the wall, and a
+    /// desiccated wall gives way. In an artery only the dividing part opens the wall, because a
+    /// desiccated artery shrinks and seals.
     pub(super) fn opening_j_m2(&self, organ: Option<&Organ>) -> f32 {
         match organ.map(|it| it.inside) {
             Some(Inside::Blood) => self.dividing_j_m2,
@@ -152,7 +152,7 @@ impl Dose {
 }
 
 /// Lower bound of the distance between two segments, m: the largest gap of their bounding boxes
-/// along an axis. Below zero where the boxes overlap.
+/// along an axis. Negative if the boxes overlap.
 fn box_distance_m([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> f32 {
     let own = a.inf(b) - c.sup(d);
     let other = c.inf(d) - a.sup(b);
@@ -172,9 +172,8 @@ fn distance_m([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> f32 {
             0.0
         }
     };
-    // First the point of the own line nearest to the other line; then the point of the other
-    // segment nearest to this point; then the point of the own segment nearest to that of the
-    // other.
+    // First the point of the first line nearest to the second line. Then the point of the second
+    // segment nearest to this point. Then the point of the first segment nearest to that point.
     let s = share(
         along * on_other - on_own * other2,
         own2 * other2 - along * along,
@@ -205,7 +204,7 @@ mod tests {
         tool
     }
 
-    /// Electrode of a tool whose pedal is no needle's.
+    /// Electrode of a tool whose pedal does not lead a needle.
     fn fed(tool: &ToolState) -> Option<Electrode> {
         Electrode::of(tool, tool.switches.pedal)
     }

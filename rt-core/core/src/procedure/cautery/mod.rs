@@ -1,11 +1,11 @@
 //! Electrosurgery: current through the hook's bare tip divides or desiccates the tissue that the
 //! tip touches.
 //!
-//! First the contact area is summed over everything touched: links of tubes, bands and sutures,
-//! cells, and surfaces of organs. Then each area takes its share of the tick's energy
-//! ([`electrode`]). The damage of a link grows by the energy that it takes, divided by the energy
-//! that boils it away over the width of the electrode. Vessels are desiccated, walls are burnt
-//! through ([`wall`]). Current without contact does nothing. O(attachments and elastic links of
+//! First the contact area is summed over all touched tissue: links of tubes, bands and sutures,
+//! cells, and surfaces of organs. Then each area absorbs its share of the tick's energy
+//! ([`electrode`]). The damage of a link grows by the energy that it absorbs, divided by the energy
+//! that boils it away over the width of the electrode. Vessels are desiccated, and walls are burnt
+//! through ([`wall`]). Current without contact has no effect. O(attachments and elastic links of
 //! organs that move, contacts) while current flows.
 
 mod burn;
@@ -32,7 +32,7 @@ use wall::{HOLE_M2, Walls};
 /// Ticks between two burn events.
 const REPORT_TICKS: u32 = 50;
 
-/// Largest number of links of tubes that a tick desiccates: as many as lie under a tip.
+/// Largest number of links of tubes that a tick desiccates: more than lie under a tip.
 const DESICCATED_LINKS_MAX: usize = 32;
 
 /// Burns since the last event.
@@ -48,8 +48,8 @@ pub(crate) struct Cautery {
 }
 
 impl Cautery {
-    /// Applies a tick of current at `electrode`, which touches tissue at `contacts` and touches
-    /// `cells`.
+    /// Applies a tick of current through `electrode`, which touches tissue at `contacts`, and
+    /// touches `cells`.
     pub(crate) fn burn(
         &mut self,
         electrode: &Electrode,
@@ -61,7 +61,7 @@ impl Cautery {
     ) {
         let mut surfaces = touched_surfaces(electrode, contacts, scene);
         for cell in cells {
-            // An organ with cells burns by its cells, not by its surface.
+            // An organ with cells absorbs heat by its cells, not by its surface.
             if let Some(area_m2) = surfaces.get_mut(usize::from(cell.organ)) {
                 *area_m2 = 0.0;
             }
@@ -155,7 +155,7 @@ impl Cautery {
     }
 }
 
-/// True for organs with cells: their links vanish with the cells, and are not burnt themselves.
+/// True for organs with cells: their links weaken with the cells, and are not burnt themselves.
 /// O(cells).
 fn layered(scene: &Scene<'_>, bodies: &Bodies) -> [bool; MAX_ORGANS] {
     let mut layered = [false; MAX_ORGANS];

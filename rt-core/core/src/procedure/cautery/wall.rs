@@ -1,7 +1,7 @@
 //! Walls that current burns through, place by place.
 //!
-//! A place moves with the sphere that was nearest to it at its first burn, and keeps the energy
-//! that it has absorbed.
+//! A place moves with the sphere that was nearest to it at its first burn. It accumulates the
+//! energy that it absorbs.
 
 use heapless::Vec;
 
@@ -11,7 +11,7 @@ use crate::procedure::cautery::electrode::BOIL_J_M3;
 use crate::scene::{Inside, Organ, Scene};
 use crate::tissue::Bodies;
 
-/// Distance within which burns count as one place, and radius of a hole, m.
+/// Distance within which burns count as burns of one place, and radius of a hole, m.
 const PLACE_RADIUS_M: f32 = 0.001_5;
 /// Area of a hole, m².
 pub(super) const HOLE_M2: f32 = core::f32::consts::PI * PLACE_RADIUS_M * PLACE_RADIUS_M;
@@ -40,8 +40,8 @@ pub(super) struct Hole {
 }
 
 impl Walls {
-    /// Heats the wall of the organ with this index at `at_m`. Returns the hole if this burns it
-    /// through. O(spheres of the organ).
+    /// Heats the wall of the organ with this index at `at_m`. Returns the hole if the wall is now
+    /// burnt through. O(spheres of the organ).
     pub(super) fn burn(
         &mut self,
         organ: u8,
@@ -78,7 +78,7 @@ impl Walls {
         })
     }
 
-    /// Adds a place. If there is no room, it replaces the least burnt one.
+    /// Adds a place. If there is no room, it replaces the least burnt place.
     fn add(&mut self, place: Place) -> Option<&mut Place> {
         if self.places.push(place).is_ok() {
             return self.places.last_mut();

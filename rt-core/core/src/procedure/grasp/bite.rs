@@ -6,23 +6,22 @@ use crate::scene::{Inside, Scene};
 use crate::tissue::Bodies;
 
 /// Largest force of jaws that a button closes, N. To hold bowel against a pull of 5 N, profiled
-/// jaws need 3 N, and smooth jaws 22 N. A force of 15 N and more harms bowel
-/// (10.1007/s00464-003-9153-2).
+/// jaws need 3 N, and smooth jaws 22 N. Forces from 15 N harm bowel (10.1007/s00464-003-9153-2).
 pub(crate) const GRIP_MAX_N: f32 = 4.0;
-/// Friction of a profiled jaw, relative to that of a smooth jaw. The value stands for the teeth of
-/// an atraumatic jaw, and lies between 1 and that of the best profile (22 N / 3 N, the source
-/// above).
+/// Friction of a profiled jaw divided by the friction of a smooth jaw. The value is assumed for the
+/// teeth of an atraumatic jaw: it lies between 1 and the ratio of the best profile (22 N / 3 N, the
+/// source above).
 const PROFILE_FACTOR: f32 = 4.0;
 /// Width of a jaw, m.
 const JAW_WIDTH_M: f32 = 0.003;
-/// Stiffness of the grip itself, N/m: below the limit of a Touch-class device.
+/// Stiffness of the grip itself, N/m. It is below the largest stiffness of a Touch-class device.
 pub(super) const GRIP_N_M: f32 = 500.0;
-/// Least thickness under the squeeze, as a share of the free thickness.
+/// Least compressed thickness, as a share of the free thickness.
 const STRETCH_MIN: f32 = 0.05;
 
-/// Pressure of jaws that crushes tissue, Pa. Harm to liver, bowel and ureter grows from 100 to 300
-/// kPa (porcine; De et al. 2007, 10.1177/0278364907082847). Liver is harmed first; the values of
-/// other organs within that range are assumed.
+/// Pressure of jaws that crushes tissue, Pa. Damage to porcine liver, bowel and ureter grows from
+/// 100 to 300 kPa (De et al. 2007, 10.1177/0278364907082847). Liver is damaged first. The values of
+/// the other organs are assumed within that range.
 pub(super) fn crush_pressure_pa(inside: Inside) -> f32 {
     match inside {
         Inside::Liver => 1.5e5,
@@ -49,8 +48,8 @@ pub(super) struct Bite {
 }
 
 impl Bite {
-    /// Bite of these spheres between jaws that are `gap_m` apart, open along `across`, and
-    /// `length_m` long along `along` (unit vectors).
+    /// Bite of these spheres. The jaws are `gap_m` apart along `across`, and `length_m` long along
+    /// `along` (unit vectors).
     pub(super) fn new(
         spheres: impl ExactSizeIterator<Item = u32> + Clone,
         (gap_m, length_m): (f32, f32),
@@ -101,7 +100,7 @@ impl Bite {
         grip_n / self.area_m2.max(f32::MIN_POSITIVE)
     }
 
-    /// Stiffness against a slow pull, N/m: the grip, of which `share` is left, in series with the
+    /// Stiffness against a slow pull, N/m: the remaining `share` of the grip in series with the
     /// tissue behind it.
     pub(super) fn pull_stiffness_n_m(&self, share: f32) -> f32 {
         let grip_n_m = GRIP_N_M * share;
@@ -109,7 +108,7 @@ impl Bite {
     }
 }
 
-/// Interval that balls cover along a line.
+/// Interval of a line that balls cover.
 #[derive(Clone, Copy)]
 struct Extent {
     low_m: f32,

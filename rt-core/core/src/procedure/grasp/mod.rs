@@ -1,8 +1,8 @@
-//! Grasp: spheres between closed jaws move with the instrument until the jaws open or the spheres
+//! Grasp: spheres between closed jaws move with the instrument, until the jaws open or the spheres
 //! slip out.
 //!
-//! The jaws squeeze the tissue between them ([`bite`]). The friction then holds the tissue against
-//! a pull, and the tissue keeps the jaws open. A handle that opens and shuts renders the squeeze
+//! The jaws squeeze the tissue between them ([`bite`]). Friction holds the tissue against a pull,
+//! and the tissue keeps the jaws open. A handle that opens and shuts renders the squeeze
 //! ([`crate::procedure::opening`]); a handle with a button does not.
 
 mod bite;
@@ -22,24 +22,24 @@ use crate::words::SphereBits;
 pub(crate) use bite::GRIP_MAX_N;
 use bite::{Bite, GRIP_N_M, crush_pressure_pa};
 
-/// Distance from the line between joint and tip of the jaws within which spheres are grasped, m.
-/// Spheres lie up to a few mm under the skin that the trainee sees.
+/// Distance from the line between joint and tip of the jaws within which spheres are grasped, m. It
+/// allows for spheres that lie up to a few mm under the visible skin.
 const REACH_M: f32 = 0.005;
-/// Distance beyond `REACH_M` at which a held sphere counts as slid out, m.
+/// Distance beyond `REACH_M` at which a grasped sphere counts as slid out, m.
 const RELEASE_MARGIN_M: f32 = 0.001;
-/// Share of the grip that a sphere loses per tick after it has slid out: the sphere is free after
-/// 0.2 s. A larger share ends the pull more abruptly.
+/// Share of the grip that a sphere loses in a tick after it has slid out: it is free after 0.2 s. A
+/// larger share ends the pull more abruptly.
 const RELEASE_STEP: f32 = 0.005;
 /// Distance that tissue slides through the jaws until a slip is reported, m.
 const SLIP_M: f32 = 0.002;
 
-/// A held sphere.
+/// A grasped sphere.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct GraspedSphere {
     sphere: u32,
     /// Place of the sphere in the jaws, in the instrument's frame, m.
     in_instrument_m: Vec3,
-    /// The place at the end of the last tick, world frame, m.
+    /// This place at the end of the last tick, world frame, m.
     last_target_m: Vec3,
     /// Remaining share of the grip on it.
     share: f32,
@@ -50,7 +50,8 @@ struct GraspedSphere {
 pub(crate) struct Grasp {
     grasped: Vec<GraspedSphere, MAX_GRASPED>,
     bite: Bite,
-    /// True for scissors and clip applier: held tissue does not slip, and does not stop the jaws.
+    /// True for scissors and clip applier: grasped tissue does not slip, and does not stop the
+    /// jaws.
     is_sharp: bool,
     /// Reciprocal of the number of spheres that were grasped.
     sphere_share: f32,
@@ -75,8 +76,8 @@ pub(crate) struct Jaws<'a> {
     pub(crate) jaw: f32,
 }
 
-/// Thickness of the jaws between their axes, m. Jaws meet tissue when their axes are less than the
-/// tissue's thickness plus this value apart.
+/// Thickness of the jaws between their axes, m. Jaws touch tissue when the distance of their axes
+/// is less than the tissue's thickness plus this value.
 const JAW_THICKNESS_M: f32 = 0.001;
 
 /// Crossing of a link between the jaws.
@@ -89,8 +90,8 @@ pub(crate) struct Crossing {
 }
 
 impl Jaws<'_> {
-    /// Distance between the axes of the jaws at the middle of their length, m: half of that at the
-    /// tips.
+    /// Distance between the axes of the jaws at the middle of their length, m: half of the distance
+    /// at the tips.
     fn gap_m(&self) -> f32 {
         self.instrument.jaw_opening_m() * self.jaw
     }
@@ -127,12 +128,12 @@ impl Grasp {
         self.grasped.len() as u32
     }
 
-    /// Spheres that are held.
+    /// Grasped spheres.
     pub(crate) fn spheres(&self) -> impl Iterator<Item = u32> {
         self.grasped.iter().map(|grasped| grasped.sphere)
     }
 
-    /// First sphere that is held.
+    /// First grasped sphere.
     pub(crate) fn first(&self) -> Option<u32> {
         self.grasped.first().map(|grasped| grasped.sphere)
     }
@@ -251,8 +252,8 @@ impl Grasp {
         slipped
     }
 
-    /// A sphere of an organ that the jaws crush now and had not crushed before in this grip, and
-    /// the jaws' force, N. Scissors and clip applier do not crush.
+    /// A sphere of an organ that this grip crushes for the first time, and the jaws' force, N.
+    /// Scissors and clip applier do not crush.
     pub(crate) fn crush(&mut self, scene: &Scene<'_>, bodies: &Bodies) -> Option<(u32, f32)> {
         let pressure_pa = self.bite.pressure_pa(self.grip_n);
         for grasped in self.grasped.iter().filter(|_| !self.is_sharp) {
@@ -274,15 +275,15 @@ impl Grasp {
         self.pull_n
     }
 
-    /// True if the jaws are so far open that they do not press on the tissue any more.
+    /// True if the jaws are so far open that they no longer press on the tissue.
     pub(crate) fn is_loose(&self) -> bool {
         self.grip_n <= 0.0
     }
 
-    /// Draws the held spheres of `organ` to where the instrument has carried them by `share` of the
-    /// tick; all of them if `organ` is `None`. The grip is a spring (XPBD, Macklin 2016) whose
-    /// multiplier is the tissue's pull. A sphere that would bear more than its part of the friction
-    /// slides instead.
+    /// Pulls the grasped spheres of `organ` towards their places in the jaws, at the time `share`
+    /// of the tick. If `organ` is `None`, pulls all grasped spheres. The grip is a spring (XPBD,
+    /// Macklin 2016) whose multiplier gives the tissue's pull. A sphere whose pull would exceed its
+    /// share of the friction slides instead.
     pub(crate) fn carry(
         &mut self,
         organ: Option<u8>,
@@ -318,7 +319,7 @@ impl Grasp {
             if organ.is_none() {
                 grasped.last_target_m = end_m;
                 if force_share < 1.0 {
-                    // The jaws move on; the tissue stays behind.
+                    // The tissue slides: its place in the jaws moves back.
                     grasped.last_target_m = node.center_m() + extension_m * force_share;
                     grasped.in_instrument_m = (instrument_from_world
                         * nalgebra::Point3::from(grasped.last_target_m))

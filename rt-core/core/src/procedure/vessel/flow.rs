@@ -64,8 +64,9 @@ impl Vessels {
         has_spread
     }
 
-    /// Raises the lower pressure of two spheres to what passes from the other, through a passage of
-    /// which the share `open_share` is open. Returns true if it rose.
+    /// Raises the lower pressure of two spheres to the pressure that passes from the other sphere.
+    /// `open_share` is the open share of the passage between them. Returns true if the pressure
+    /// rose.
     fn pass_pressure(
         &mut self,
         [a, b]: [u32; 2],

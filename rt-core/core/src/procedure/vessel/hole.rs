@@ -1,5 +1,5 @@
-//! Leaks: both ends of a divided link, the end of a tube that is torn off an organ, tubes that are
-//! torn, cut or burnt half through, and burnt holes.
+//! Leaks: both ends of a divided link, the end of a tube that is torn off an organ, slits (tubes
+//! that are torn, cut or burnt half through), and burnt holes.
 
 use crate::capacity::MAX_ORGANS;
 use crate::math::Vec3;
@@ -10,11 +10,11 @@ use crate::scene::{Anchor, Inside, Scene};
 use crate::tissue::Bodies;
 use crate::tissue::tubes::TubeSegment;
 
-/// Radius of a bag's neck, m. The flow from a hole in a bag is the hole's area over the area of the
-/// neck.
+/// Radius of a bag's neck, m. The flow from a hole in a bag is the area of the hole divided by the
+/// area of the neck.
 const NECK_RADIUS_M: f32 = 0.003;
 
-/// Share of the arriving flow that leaves a half-parted tube.
+/// Share of the arriving flow that leaves a slit.
 const SLIT_SHARE: f32 = 0.5;
 
 /// An opening to the outside.
@@ -26,7 +26,7 @@ pub(super) enum Opening {
     TornOff { sphere: u32 },
     /// Hole in the wall at this sphere.
     Wall { sphere: u32, area_m2: f32 },
-    /// Link at this sphere that is half parted.
+    /// Half-severed link at this sphere.
     Slit { link: u32, sphere: u32 },
 }
 
@@ -40,12 +40,12 @@ impl Opening {
         }
     }
 
-    /// Share of the arriving flow that comes out.
+    /// Share of the arriving flow that leaves through the opening.
     pub(super) fn share(&self, scene: &Scene<'_>, clips: &Clips, bodies: &Bodies) -> f32 {
         match self {
             Self::Link { link, .. } => clips.open_share(*link),
             Self::TornOff { .. } => 1.0,
-            // A link that has parted since leaks at its two ends.
+            // A link that was severed since then leaks at its two ends.
             Self::Slit { link, .. } if bodies.damage.intact_of_link(*link) <= 0.0 => 0.0,
             Self::Slit { link, .. } => SLIT_SHARE.min(clips.open_share(*link)),
             Self::Wall { sphere, area_m2 } => {
@@ -95,7 +95,7 @@ impl Hole {
 
 impl Vessels {
     /// Finds new divisions, and calls `divided` with each. A division for which `divided` returns
-    /// false is left for a later call. Returns true if none was left.
+    /// false is deferred to a later call. Returns true if none was deferred.
     pub(super) fn find_holes(
         &mut self,
         scene: &Scene<'_>,
@@ -161,7 +161,7 @@ impl Vessels {
                 if is_first_pass {
                     *joined |= is_intact;
                 } else if !*joined {
-                    // One attachment stands for all.
+                    // One event reports the loss of all attachments between two organs.
                     *joined = true;
                     let torn_off = Opening::TornOff { sphere: tie.sphere };
                     if !self.is_open(torn_off) && !self.holes.is_full() && !divided(torn_off) {
@@ -182,8 +182,8 @@ impl Vessels {
         self.holes.iter().any(|hole| hole.opening == opening)
     }
 
-    /// Adds an opening. If there is no room, no event reports the leak, and
-    /// `Vessels::take_lost_leak` reports the lack of room.
+    /// Adds an opening. If there is no room, the leak is lost, and `Vessels::take_lost_leak`
+    /// returns true.
     pub(super) fn add_opening(&mut self, opening: Opening) {
         if !self.is_open(opening) {
             self.has_lost_leak |= self.holes.push(Hole::new(opening)).is_err();
@@ -191,7 +191,8 @@ impl Vessels {
     }
 }
 
-/// Share of a tube's lumen that clips leave open, on the side of the division where more is open.
+/// Share of a tube's lumen that clips leave open beside a division; of the two sides, the larger
+/// share.
 pub(super) fn open_lumen(
     opening: Opening,
     scene: &Scene<'_>,

@@ -2,9 +2,9 @@
 //!
 //! Pressure spreads from its sources ([`flow`]) along intact links, and across attachments between
 //! organs of equal content. Clips and desiccated walls reduce it. A change restarts the
-//! computation. Each tick then makes one pass over all tubes and attachments, until a pass changes
-//! nothing. After that, every divided end and every hole leaks at the pressure that reaches it.
-//! Changes of a leak raise events.
+//! computation: each tick makes one pass over all tubes and attachments, until a pass changes
+//! nothing. Then every divided end and every hole leaks at the pressure that reaches it. Changes of
+//! a leak raise events.
 
 mod flow;
 mod hole;
@@ -21,8 +21,8 @@ use crate::tissue::per_sphere::PerSphere;
 use crate::words::{Event, EventKind};
 use hole::{Hole, Opening, open_lumen};
 
-/// Shortening of a divided artery, as a share of its length: about the artery's stretch in the
-/// body. The aorta of old people is stretched by 5 %, the aorta of young people by far more
+/// Shortening of a divided artery, as a share of its length. It is about the stretch of an artery
+/// in the body: the aorta of old people is stretched by 5 %, the aorta of young people by far more
 /// (10.1007/s00414-011-0549-9).
 const ARTERY_SHORTENING: f32 = 0.1;
 /// Shortening of a divided duct, as a share of its length. Assumed: half the artery's.
@@ -33,8 +33,8 @@ const SHORTENING_STEP: f32 = ARTERY_SHORTENING / 300.0;
 /// Change of flow below which no event is raised.
 const REPORTED_CHANGE: f32 = 0.01;
 /// Largest radius of a vessel that desiccation can close, m. In larger vessels blood carries the
-/// heat away. The clinical limit with one electrode is 1 mm; 0.5 mm are added for the radii of the
-/// spheres.
+/// heat away. The clinical limit with one electrode is 1 mm; 0.5 mm are added to allow for the
+/// radii of spheres.
 const DRIED_RADIUS_M: f32 = 0.001_5;
 /// Energy that seals a wall, J/m³: it heats the tissue to 100 °C and boils a third of its water,
 /// `1060 kg/m³ (3600 J/kg K · 63 K + 0.25 · 2.26 MJ/kg)`.
@@ -86,14 +86,14 @@ impl Vessels {
         *self = Self::new();
     }
 
-    /// Marks present divisions as prepared: they raise no event `Divided`, but their leaks raise
-    /// events.
+    /// Marks present divisions as part of the task's start: they raise no event `Divided`, but
+    /// their leaks raise events.
     pub(crate) fn mark_prepared(&mut self, scene: &Scene<'_>, bodies: &Bodies) {
         self.find_holes(scene, bodies, |_| true);
         self.mark_changed();
     }
 
-    /// Notes that something was divided, clipped or burnt.
+    /// Restarts the flow computation, because something was divided, clipped or burnt.
     pub(crate) fn mark_changed(&mut self) {
         self.progress = Progress::Changed;
     }
@@ -187,7 +187,7 @@ impl Vessels {
         if !is_vessel || radius_m > DRIED_RADIUS_M {
             return 1.0;
         }
-        // The piece of vessel is as long as it is thick.
+        // The sphere's piece of vessel is taken to be as long as it is thick.
         let seal_j = SEAL_J_M3 * core::f32::consts::TAU * radius_m * radius_m * radius_m;
         let quarters = (4.0 * self.desiccation_j.at(sphere) / seal_j).min(4.0);
         // `as` saturates and truncates.
@@ -219,7 +219,8 @@ impl Vessels {
             }
             let organ = Some(u32::from(*bodies.organ.at(sphere)));
             let place_m = bodies.nodes.at(sphere).center_m();
-            // A tube between clips is dry: when it is half parted, no wall is open.
+            // A perforation is reported with the first leak of a slit. A tube between clips is dry,
+            // so no slit in it is reported.
             let is_new_slit = matches!(hole.opening, Opening::Slit { .. }) && hole.at_m.is_none();
             if is_new_slit && journal.has_room() {
                 hole.at_m = Some(place_m);

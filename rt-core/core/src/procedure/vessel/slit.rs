@@ -1,19 +1,19 @@
-//! Slits: tubes that are torn, cut or burnt half through, and stay half parted.
+//! Slits: tubes that are torn, cut or burnt half through, and stay so.
 
 use crate::procedure::vessel::hole::{Hole, Opening};
 use crate::procedure::vessel::{Progress, Vessels};
 use crate::scene::{Inside, Scene};
 use crate::tissue::Bodies;
 
-/// Share of its stiffness that a tube's link has left when half of its fibres are parted: `(1 − p)
-/// / (1 + p)` with `p = 1/2` (`tissue::damage`).
+/// Remaining share of the stiffness of a link with a damage of one half: `(1 − d) / (1 + d)` with
+/// `d = 1/2` (`tissue::damage`).
 const HALF_CUT_INTACT: f32 = 1.0 / 3.0;
-/// Time for which a link is half parted before it leaks, ticks. A division that goes on is complete
-/// by then: fibres tear in 50 ms, and jaws that a button closes shut in 150 ms.
+/// Time for which a link is half severed before it leaks, ticks. A division that continues is
+/// complete by then: fibres tear within 50 ms, and jaws that a button closes shut within 150 ms.
 const SLIT_DELAY_TICKS: u32 = 100;
 
 impl Vessels {
-    /// Finds links of tubes that have become half parted. O(links of vessels and ducts).
+    /// Finds links of tubes that have become half severed. O(links of vessels and ducts).
     pub(super) fn find_slits(&mut self, scene: &Scene<'_>, bodies: &Bodies) {
         for hole in self.holes.iter_mut().filter(|it| it.delay_ticks > 0) {
             hole.delay_ticks -= 1;
@@ -43,7 +43,7 @@ impl Vessels {
                 }
             }
         }
-        // A slit without room is found again in each tick. Only its loss is an overrun.
+        // A slit without room is found again in each tick. It is reported as lost only once.
         self.has_lost_leak |= without_room > self.slits_without_room;
         self.slits_without_room = without_room;
     }
@@ -62,8 +62,8 @@ mod tests {
     use std::boxed::Box;
     use std::vec::Vec;
 
-    /// An artery of eleven spheres, held at its left end, and its scene. Link 5 has this share of
-    /// its stiffness left. `work` runs on both.
+    /// Runs `work` on an artery of eleven spheres that is held at its left end. `intact` is the
+    /// intact share of the stiffness of link 5.
     fn on_artery(intact: f32, work: impl FnOnce(&Scene<'_>, &mut crate::state::State)) {
         let spheres: Vec<_> = (0..11)
             .map(|i| crate::scene::RestSphere {
