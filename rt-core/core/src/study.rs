@@ -21,7 +21,7 @@ pub struct Tissue<'a> {
 }
 
 /// Every organ moves.
-const ALL: [bool; MAX_ORGANS] = [true; MAX_ORGANS];
+const ALL_MOVE: [bool; MAX_ORGANS] = [true; MAX_ORGANS];
 
 /// Force and contacts of a tool in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -120,7 +120,7 @@ impl<'a> Tissue<'a> {
         warm_start: impl FnMut(&mut Correction<'_>, f32),
         correct: impl FnMut(&mut Correction<'_>, f32),
     ) -> u32 {
-        let mut corrected = Corrected {
+        let mut hooks = SubstepHooks {
             warm_start,
             correct,
         };
@@ -128,9 +128,9 @@ impl<'a> Tissue<'a> {
         self.breathe();
         let (scene, bodies) = (&self.scene, &mut *self.bodies);
         let method = &mut self.method;
-        let mut quarantined = substeps::run(scene, method, &ALL, &mut corrected, bodies);
+        let mut quarantined = substeps::run(scene, method, &ALL_MOVE, &mut hooks, bodies);
         for (i, _) in (0u8..).zip(scene.organs) {
-            corrected.post_solve(i, 1.0, scene.step_s_of(i), bodies);
+            hooks.post_solve(i, 1.0, scene.step_s_of(i), bodies);
         }
         quarantined += self.end();
         quarantined
@@ -148,7 +148,7 @@ impl<'a> Tissue<'a> {
         }
         let mut faults = FaultSet::NONE; // not reported; an overflow lowers the force
         contacts.find(parts, scene, &bounds, bodies, &mut faults);
-        let mut quarantined = substeps::run(scene, &mut self.method, &ALL, contacts, bodies);
+        let mut quarantined = substeps::run(scene, &mut self.method, &ALL_MOVE, contacts, bodies);
         contacts.push_out(scene, bodies);
         quarantined += self.end();
         let forces = &self.contacts.forces;
@@ -216,12 +216,12 @@ impl<'a> Tissue<'a> {
 }
 
 /// Calls two corrections in every substep, before and after the constraints.
-struct Corrected<W, F> {
+struct SubstepHooks<W, F> {
     warm_start: W,
     correct: F,
 }
 
-impl<W, F> Coupling for Corrected<W, F>
+impl<W, F> Coupling for SubstepHooks<W, F>
 where
     W: FnMut(&mut Correction<'_>, f32),
     F: FnMut(&mut Correction<'_>, f32),

@@ -9,7 +9,7 @@ pub const LANES: usize = 8;
 
 /// Shape `6 V / L³` (`L` the longest edge from the first corner) below which a tetrahedron is
 /// refused as flat.
-const FLAT: f32 = 1.0e-3;
+const SHAPE_MIN: f32 = 1.0e-3;
 
 /// Four spheres of an organ and the tissue that they carry.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,7 +77,7 @@ impl TetraBatch {
         used.any(|&s| u32::from(s) == sphere)
     }
 
-    fn put(&mut self, lane: usize, tetra: &Tetra, gradients: &[Vec3; 3]) {
+    fn set_lane(&mut self, lane: usize, tetra: &Tetra, gradients: &[Vec3; 3]) {
         for (corner, sphere) in self.spheres.iter_mut().zip(tetra.spheres) {
             if let Some(slot) = corner.get_mut(lane) {
                 *slot = sphere as u16; // asserted in `capacity`
@@ -121,7 +121,7 @@ pub fn batches(
                 *corner = [sphere as u16; LANES];
             }
         }
-        batch.put(lanes, tetra, &gradients);
+        batch.set_lane(lanes, tetra, &gradients);
         lanes += 1;
     }
     if lanes > 0 {
@@ -152,7 +152,7 @@ fn gradients(index: usize, tetra: &Tetra, spheres: &[RestSphere]) -> Result<[Vec
     let volume = x.cross(&y).dot(&z);
     let longest = math::norm(&x).max(math::norm(&y)).max(math::norm(&z));
     let shape = volume / (longest * longest * longest);
-    if shape.is_nan() || shape < FLAT {
+    if shape.is_nan() || shape < SHAPE_MIN {
         return Err(bad("tetrahedron shape 6 V / L^3", shape, "0.001 or more"));
     }
     Ok([y.cross(&z), z.cross(&x), x.cross(&y)].map(|normal| normal / volume))

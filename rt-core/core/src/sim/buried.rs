@@ -12,7 +12,7 @@ impl Sim<'_> {
     /// Raises the event of an instrument inside tissue that no tick has seen outside, because its
     /// device has just started or returned.
     pub(super) fn note_buried(&mut self) {
-        if !self.inputs.takes_up() {
+        if !self.inputs.is_first_after_gap() {
             return;
         }
         let bodies = &self.state.bodies;

@@ -10,7 +10,7 @@ use crate::tissue::Bodies;
 use crate::tissue::substeps::Coupling;
 
 /// Everything outside an organ that acts on it in a substep.
-pub(super) struct Tools<'a> {
+pub(super) struct OuterConstraints<'a> {
     pub(super) scene: &'a Scene<'a>,
     pub(super) jaws: &'a Pose,
     pub(super) between: &'a mut Between,
@@ -19,7 +19,7 @@ pub(super) struct Tools<'a> {
     pub(super) grasp: &'a mut Grasp,
 }
 
-impl Coupling for Tools<'_> {
+impl Coupling for OuterConstraints<'_> {
     fn pre_solve(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
         self.contacts.pre_solve(organ, step_s, bodies);
     }

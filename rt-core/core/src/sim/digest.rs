@@ -29,12 +29,12 @@ impl TickView<'_> {
     pub fn digest(&self) -> Digest {
         let mut all = Hash::new();
         let mut organs = [0; MAX_ORGANS];
-        for (organ, into) in self.scene.organs.iter().zip(&mut organs) {
+        for (organ, organ_hash) in self.scene.organs.iter().zip(&mut organs) {
             let (first, count) = (organ.sphere_start, organ.sphere_count);
             let nodes = self.bodies.nodes.range(first, count);
-            let own = Sums::of(nodes, self.bodies.bits.range(first, count)).folded();
-            all.word(own);
-            *into = own.to_le_bytes().into_iter().fold(0, |a, b| a ^ b);
+            let checksum = Sums::of(nodes, self.bodies.bits.range(first, count)).folded();
+            all.word(checksum);
+            *organ_hash = checksum.to_le_bytes().into_iter().fold(0, |a, b| a ^ b);
         }
         Digest {
             tools: self.tools_hash().folded(),
@@ -80,24 +80,24 @@ impl TickView<'_> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Sums {
     sum: [u64; 4],
-    course: [u64; 4],
+    partial_sums: [u64; 4],
 }
 
 impl Sums {
     fn of(nodes: &[Node], bits: &[SphereBits]) -> Self {
-        let (mut sum, mut course) = ([0; 4], [0; 4]);
+        let (mut sum, mut partial_sums) = ([0; 4], [0; 4]);
         for (node, bits) in nodes.iter().zip(bits) {
             let ([a, b], [c, d]) = (node.moved_bits(), node.velocity_bits());
             // The spare lane of the velocity is zero.
-            sum = plus(sum, [a, b, c, d ^ (bits.0 as u64) << 32]);
-            course = plus(course, sum);
+            sum = add_lanes(sum, [a, b, c, d ^ (bits.0 as u64) << 32]);
+            partial_sums = add_lanes(partial_sums, sum);
         }
-        Self { sum, course }
+        Self { sum, partial_sums }
     }
 
     fn folded(&self) -> u32 {
         let mut hash = Hash::new();
-        for lanes in [self.sum, self.course] {
+        for lanes in [self.sum, self.partial_sums] {
             for lane in lanes {
                 hash.word(lane as u32);
                 hash.word((lane >> 32) as u32);
@@ -109,7 +109,7 @@ impl Sums {
 
 /// Lane-wise sum.
 #[inline(always)]
-const fn plus(a: [u64; 4], b: [u64; 4]) -> [u64; 4] {
+const fn add_lanes(a: [u64; 4], b: [u64; 4]) -> [u64; 4] {
     let ([a, b, c, d], [e, f, g, h]) = (a, b);
     [
         a.wrapping_add(e),

@@ -54,7 +54,7 @@ pub use digest::Digest;
 pub use exchange::{Command, Optional, Ports, Samples, Stage, Task};
 pub use view::{SphereView, TickView};
 
-use coupling::Tools;
+use coupling::OuterConstraints;
 use heapless::Vec;
 
 use crate::capacity::{MAX_CAPSULES, MAX_ORGANS};
@@ -83,7 +83,7 @@ use crate::words::{Event, EventKind};
 
 /// Gap between the bounding boxes of two organs below which a moving organ wakes a sleeping one, m.
 /// Raising it wakes organs earlier, at more cost.
-const STIR_M: f32 = 0.002;
+const WAKE_GAP_M: f32 = 0.002;
 
 /// Parameters of a simulation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -197,12 +197,12 @@ impl<'a> Sim<'a> {
         if self.inputs.is_settling() {
             self.limit.restart();
         }
-        if self.inputs.has_leapt() || findings.leapt {
+        if self.inputs.may_have_jumped() || findings.leapt {
             self.limit.restart();
             self.transition = Transition::NONE;
             self.contacts.clear();
         }
-        self.obey(samples.command);
+        self.execute(samples.command);
         ports.stamp(Stage::Sample);
 
         self.move_tool();
@@ -242,7 +242,7 @@ impl<'a> Sim<'a> {
         self.tick = self.tick.wrapping_add(1);
     }
 
-    fn obey(&mut self, command: Option<Command>) {
+    fn execute(&mut self, command: Option<Command>) {
         match command {
             Some(Command::Pause(paused)) => {
                 self.tool.switches.paused = paused;
@@ -258,7 +258,7 @@ impl<'a> Sim<'a> {
 
     /// Puts every organ back to rest without damage, releases held tissue, and takes off all clips.
     fn reset(&mut self) {
-        self.let_go();
+        self.release_tissue();
         self.contacts.clear();
         self.sleep = Sleep::AWAKE;
         self.proxy = Proxy::AT_HAND;
@@ -287,10 +287,10 @@ impl<'a> Sim<'a> {
             tool.world_from_handle = room.world_from_device * sample.device_from_handle;
             tool.handle_velocity_m_s = room.world_from_device.rotation * self.inputs.velocity_m_s;
             tool.buttons = sample.buttons;
-            let takes_up = self.inputs.takes_up() && self.grasp.count() == 0;
-            self.drive.follow(sample.opening, takes_up);
-            if let (Some(hand), true) = (self.drive.handle_opening(), takes_up) {
-                tool.jaw = hand; // after a gap the jaws jump to it, without bite or cut
+            let is_first_after_gap = self.inputs.is_first_after_gap() && self.grasp.count() == 0;
+            self.drive.follow(sample.opening, is_first_after_gap);
+            if let (Some(opening), true) = (self.drive.handle_opening(), is_first_after_gap) {
+                tool.jaw = opening; // after a gap the jaws jump to it, without bite or cut
             }
             let handle = &self.proxy.handle(&tool.world_from_handle);
             let length = tool.instrument.jaw_length_m();
@@ -350,7 +350,7 @@ impl<'a> Sim<'a> {
                 false => bodies.mark_asleep(organ),
             }
         }
-        let mut coupling = Tools {
+        let mut coupling = OuterConstraints {
             scene,
             jaws,
             between: &mut self.state.between,
@@ -387,15 +387,15 @@ impl<'a> Sim<'a> {
     /// `far_organs`, all others that are awake. Wakes organs near a tool, in the jaws, breathing,
     /// pulled by a suture, or next to a moving organ.
     fn moving_organs(&mut self, far_organs: bool) -> [bool; MAX_ORGANS] {
-        let worked = self.worked_organs();
-        let mut moves = worked;
+        let at_tools = self.organs_at_tools();
+        let mut moves = at_tools;
         let bodies = &mut self.state.bodies;
         for sphere in bodies.sutures.waking_spheres(&self.scene, &bodies.damage) {
             self.sleep.wake((*bodies.organ.at(sphere)).into());
         }
         for (i, (organ, moves)) in self.scene.organs.iter().zip(&mut moves).enumerate() {
             let breathes = self.scene.room.breath_s > 0.0 && organ.breath_m != Vec3::zeros();
-            if *moves || breathes || self.is_stirred(i) {
+            if *moves || breathes || self.must_wake(i) {
                 self.sleep.wake(i);
             }
             *moves |= far_organs && !self.sleep.is_asleep(i);
@@ -404,13 +404,13 @@ impl<'a> Sim<'a> {
     }
 
     /// True if this organ sleeps, and a moving organ is near it or attached to it.
-    fn is_stirred(&self, organ: usize) -> bool {
+    fn must_wake(&self, organ: usize) -> bool {
         let Some(own) = self.bounds.get(organ) else {
             return false;
         };
         let others = self.bounds.iter().enumerate().take(self.scene.organs.len());
         let near = |(i, bounds): (usize, &Bounds)| {
-            i != organ && self.sleep.wakes_neighbours(i) && own.is_near(bounds, STIR_M)
+            i != organ && self.sleep.wakes_neighbours(i) && own.is_near(bounds, WAKE_GAP_M)
         };
         let organ_of = |sphere: u32| usize::from(*self.state.bodies.organ.at(sphere));
         let pulls = |tie: &Attachment| match tie.to {
@@ -426,16 +426,16 @@ impl<'a> Sim<'a> {
     }
 
     /// For each organ, true if a tool is near it or the jaws hold part of it.
-    fn worked_organs(&self) -> [bool; MAX_ORGANS] {
-        let mut worked = [false; MAX_ORGANS];
+    fn organs_at_tools(&self) -> [bool; MAX_ORGANS] {
+        let mut at_tools = [false; MAX_ORGANS];
         let bodies = &self.state.bodies;
         let organs = &bodies.organ;
         for sphere in (self.contacts.near_spheres(bodies)).chain(self.grasp.spheres()) {
-            if let Some(organ) = worked.get_mut(usize::from(*organs.at(sphere))) {
+            if let Some(organ) = at_tools.get_mut(usize::from(*organs.at(sphere))) {
                 *organ = true;
             }
         }
-        worked
+        at_tools
     }
 
     /// Force of the tissue on the hand, through the limits, in the device's frame.

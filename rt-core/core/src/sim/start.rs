@@ -31,21 +31,23 @@ impl Sim<'_> {
         if task == Task::Clamp {
             return;
         }
-        for (organ, it) in (0u8..).zip(self.scene.organs) {
-            let Some(is_from_low) = self.leaves_bag(organ, it) else {
+        for (organ, organ_record) in (0u8..).zip(self.scene.organs) {
+            let Some(is_from_first) = self.is_numbered_from_body(organ, organ_record) else {
                 continue;
             };
             self.unrest.mark_freed(organ.into());
             for share in CLIPS_AT {
-                if let Some(step) = self.step_at(organ, it, share, is_from_low) {
-                    self.clips.close_on(&step, &mut self.state.bodies);
+                if let Some(segment) = self.segment_at(organ, organ_record, share, is_from_first) {
+                    self.clips.close_on(&segment, &mut self.state.bodies);
                 }
             }
-            if let (Task::Disconnect, Some(step)) =
-                (task, self.step_at(organ, it, DIVIDED_AT, is_from_low))
-            {
-                let (a, b) = (u32::from(step.a), u32::from(step.b));
-                let links = (it.link_start..).zip(self.scene.elastic_links_of(it));
+            if let (Task::Disconnect, Some(segment)) = (
+                task,
+                self.segment_at(organ, organ_record, DIVIDED_AT, is_from_first),
+            ) {
+                let (a, b) = (u32::from(segment.a), u32::from(segment.b));
+                let links =
+                    (organ_record.link_start..).zip(self.scene.elastic_links_of(organ_record));
                 for (link, ends) in links {
                     // The longer links over this step, which resist bending, are severed too.
                     let (low, high) = (ends.a.min(ends.b), ends.a.max(ends.b));
@@ -62,8 +64,10 @@ impl Sim<'_> {
     /// Removes the cells around the cystic duct and artery.
     fn clear_triangle(&mut self) {
         let is_cystic = |organ| {
-            let it = self.scene.organs.get(usize::from(organ));
-            it.is_some_and(|it| self.leaves_bag(organ, it).is_some())
+            let organ_record = self.scene.organs.get(usize::from(organ));
+            organ_record.is_some_and(|organ_record| {
+                self.is_numbered_from_body(organ, organ_record).is_some()
+            })
         };
         let cystic = core::array::from_fn::<bool, MAX_ORGANS, _>(|organ| is_cystic(organ as u8));
         let (scene, bodies) = (&self.scene, &mut self.state.bodies);
@@ -85,14 +89,16 @@ impl Sim<'_> {
 
     /// For a duct or vessel that is attached to the gallbladder: true if its first sphere is at the
     /// other end. `None` for other organs.
-    fn leaves_bag(&self, organ: u8, it: &Organ) -> Option<bool> {
-        if !it.is_tube() || !matches!(it.inside, Inside::Blood | Inside::Bile) {
+    fn is_numbered_from_body(&self, organ: u8, organ_record: &Organ) -> Option<bool> {
+        if !organ_record.is_tube() || !matches!(organ_record.inside, Inside::Blood | Inside::Bile) {
             return None;
         }
         let bodies = &self.state.bodies;
         let is_bag = |sphere: u32| {
             let other = self.scene.organs.get(usize::from(*bodies.organ.at(sphere)));
-            other.is_some_and(|it| it.inside == Inside::Bile && !it.is_tube())
+            other.is_some_and(|other| {
+                other.inside == Inside::Bile && !other.is_tube()
+            })
         };
         let ends = self
             .scene
@@ -105,23 +111,29 @@ impl Sim<'_> {
         let mut own = ends.flatten();
         let (sphere, _) =
             own.find(|(own, other)| *bodies.organ.at(*own) == organ && is_bag(*other))?;
-        Some(sphere.saturating_sub(it.sphere_start) * 2 > it.sphere_count)
+        Some(sphere.saturating_sub(organ_record.sphere_start) * 2 > organ_record.sphere_count)
     }
 
     /// TubeSegment (link) at this share of the length of a tube whose spheres are numbered along
-    /// it. The share counts from the first sphere if `is_from_low`, else from the last.
-    fn step_at(&self, organ: u8, it: &Organ, share: f32, is_from_low: bool) -> Option<TubeSegment> {
+    /// it. The share counts from the first sphere if `is_from_first`, else from the last.
+    fn segment_at(
+        &self,
+        organ: u8,
+        organ_record: &Organ,
+        share: f32,
+        is_from_first: bool,
+    ) -> Option<TubeSegment> {
         // Counts from both ends alike, because preparation may number the spheres from either end.
-        let last = it.sphere_count.saturating_sub(2);
+        let last = organ_record.sphere_count.saturating_sub(2);
         let from_end = ((share * (last + 1) as f32) as u32).min(last);
-        let place = if is_from_low {
+        let place = if is_from_first {
             from_end
         } else {
             last - from_end
         };
-        let sphere = it.sphere_start + place;
-        let away = |step: &TubeSegment| u32::from(step.a.min(step.b)).abs_diff(sphere);
-        let steps = self.state.bodies.beads.segments_of(organ);
-        steps.min_by_key(away)
+        let sphere = organ_record.sphere_start + place;
+        let distance = |segment: &TubeSegment| u32::from(segment.a.min(segment.b)).abs_diff(sphere);
+        let segments = self.state.bodies.beads.segments_of(organ);
+        segments.min_by_key(distance)
     }
 }

@@ -3,13 +3,13 @@
 use crate::math;
 use crate::port::Buttons;
 use crate::procedure::unrest::Finding;
-use crate::sim::{STIR_M, Sim};
+use crate::sim::{Sim, WAKE_GAP_M};
 use crate::words::{Event, EventKind};
 
 /// Speed below which the handle is at rest, m/s: five times the tremor of a resting hand.
-const HANDLE_RESTS_M_S: f32 = 0.005;
-/// Lower bound of the length of the shaft outside the body by which `Sim::lever` divides, m:
-/// about half the width of a hand.
+const HANDLE_REST_SPEED_M_S: f32 = 0.005;
+/// Lower bound of the length of the shaft outside the body by which `Sim::tip_speed_ratio` divides,
+/// m: about half the width of a hand.
 const LEVER_MIN_M: f32 = 0.05;
 /// Ticks between two searches for organs next to those that a tool moves.
 const SPREAD_TICKS: u64 = 16;
@@ -29,13 +29,17 @@ impl Sim<'_> {
         }
         let speed_m_s = math::norm(&self.tool.handle_velocity_m_s);
         let pedal = self.tool.switches.pedal;
-        let moves = speed_m_s > HANDLE_RESTS_M_S
+        let moves = speed_m_s > HANDLE_REST_SPEED_M_S
             || self.grasp.count() > 0
             || self.tool.buttons != Buttons::default()
             || pedal.cut
             || pedal.coagulate;
-        let worked = self.worked_organs();
-        for (organ, _) in worked.iter().enumerate().filter(|(_, worked)| **worked) {
+        let at_tools = self.organs_at_tools();
+        for (organ, _) in at_tools
+            .iter()
+            .enumerate()
+            .filter(|(_, at_tools)| **at_tools)
+        {
             if moves {
                 self.unrest.disturb(organ);
             } else {
@@ -48,15 +52,15 @@ impl Sim<'_> {
         }
         self.note_freed();
         if self.tick.is_multiple_of(SPREAD_TICKS) {
-            self.unrest.spread_disturbance(&self.bounds, STIR_M);
+            self.unrest.spread_disturbance(&self.bounds, WAKE_GAP_M);
         }
         let organs = self.scene.organs;
         let bodies = &self.state.bodies;
         self.unrest
             .note_velocities(organs.len(), |sphere| bodies.net_velocity_m_s(sphere));
-        let hand_m_s = speed_m_s * self.lever();
+        let hand_m_s = speed_m_s * self.tip_speed_ratio();
         let (bounds, journal) = (&self.bounds, &mut self.journal);
-        let mut tell = |organ: u32, at_m, found| {
+        let mut report = |organ: u32, at_m, found| {
             let (kind, value) = match found {
                 Finding::Falls(distance_m) => (EventKind::Fall, distance_m),
                 Finding::Shakes(speed_m_s) => (EventKind::Shake, speed_m_s),
@@ -71,15 +75,15 @@ impl Sim<'_> {
                 });
             }
         };
-        self.unrest.end_tick(bounds, &mut tell);
+        self.unrest.end_tick(bounds, &mut report);
         let fastest = |organ| organs.get(organ).map(|it| bodies.fastest(it));
         self.unrest
-            .end_tick_of_worked_organs(hand_m_s, bounds, fastest, &mut tell);
+            .end_tick_of_worked_organs(hand_m_s, bounds, fastest, &mut report);
     }
 
     /// Speed of the tip over the speed of the handle (the shaft is a lever about the port), at
     /// least 1.
-    fn lever(&self) -> f32 {
+    fn tip_speed_ratio(&self) -> f32 {
         let port_m = self.scene.room.instrument_port_m;
         let [tip_m, handle_m] = [
             self.tool.tip_m,

@@ -76,7 +76,7 @@ impl<'a> TickView<'a> {
 
     /// The elastic links of tubes (organs without tetrahedra), in the scene's order, at most
     /// [`MAX_TUBE_LINKS`]: true for each that is severed.
-    pub fn parted_links(&self) -> impl Iterator<Item = bool> + use<'a> {
+    pub fn severed_links(&self) -> impl Iterator<Item = bool> + use<'a> {
         let tubes = self.scene.organs.iter().filter(|organ| organ.is_tube());
         let links = tubes.flat_map(|organ| {
             let first = organ.link_start;
