@@ -32,13 +32,14 @@ pub struct Pressed {
     moment_nm: Vec3,
     /// Number of contact places.
     pub contacts: usize,
-    /// Number of spheres that were not finite or had diverged, and were put back.
+    /// Number of spheres that were not finite or had diverged, and were put back to their last
+    /// place.
     pub quarantined: u32,
 }
 
 impl Pressed {
-    /// Torque of the tissue on the tool about a point, world frame, N m. The lever of the tick
-    /// carries the torque about the port to the hand.
+    /// Torque of the tissue on the tool about a point, world frame, N m. In the full simulation,
+    /// the torque about the port reaches the hand through the lever.
     #[must_use]
     pub fn torque_nm(&self, about_m: &Vec3) -> Vec3 {
         self.moment_nm - about_m.cross(&self.force_n)
@@ -114,7 +115,8 @@ impl<'a> Tissue<'a> {
     }
 
     /// Advances one tick as [`Tissue::step_with`]. `warm_start` is called before the constraints of
-    /// every organ's substep. There a contact of the tick applies a share of its last force.
+    /// every organ's substep. At this point, a contact of the full simulation applies a share of
+    /// its last force.
     pub fn step_between(
         &mut self,
         warm_start: impl FnMut(&mut Correction<'_>, f32),
@@ -136,8 +138,7 @@ impl<'a> Tissue<'a> {
         quarantined
     }
 
-    /// Advances one tick with these parts of a tool pressed against the tissue, as in the tick of
-    /// the whole simulation.
+    /// Advances one tick with these parts of a tool against the tissue, as in the full simulation.
     pub fn press(&mut self, parts: &[Capsule]) -> Pressed {
         self.bodies.begin(&self.scene, true);
         self.breathe();
@@ -181,8 +182,8 @@ impl<'a> Tissue<'a> {
         quarantined
     }
 
-    /// Deepest penetration of these parts of a tool into the tissue, m, as the tick finds it;
-    /// `None` without contact. Moves nothing.
+    /// Deepest penetration of these parts of a tool into the tissue, m, as stage `contact` finds
+    /// it; `None` without contact. Moves nothing.
     pub fn meet(&mut self, parts: &[Capsule]) -> Option<f32> {
         let (scene, bodies) = (self.scene, &*self.bodies);
         let mut bounds = [Bounds::EMPTY; MAX_ORGANS];
@@ -215,7 +216,7 @@ impl<'a> Tissue<'a> {
     }
 }
 
-/// Calls two corrections in every substep, before and after the constraints.
+/// Callbacks in every substep: before and after the constraints.
 struct SubstepHooks<W, F> {
     warm_start: W,
     correct: F,

@@ -11,7 +11,7 @@ use crate::scene::{
     TetraBatch, is_suture,
 };
 
-/// Reason for which a scene is refused. Indices refer to the caller's arrays.
+/// Reason why a scene is refused. Indices refer to the caller's arrays.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SceneError {
     /// More of `what` than [`crate::capacity`] allows.
@@ -269,7 +269,8 @@ fn check_compliance(i: usize, compliance_m_n: f32) -> Result<(), SceneError> {
 
 fn check_organ(i: usize, organ: &Organ) -> Result<(), SceneError> {
     check_material(i, &organ.material)?;
-    // The allowed value nearest to `substeps`. Only an allowed `substeps` equals it.
+    // The next allowed value: a power of two from 1 to 16. It equals `substeps` only if `substeps`
+    // is allowed.
     let allowed = organ.substeps.clamp(1, SUBSTEPS_MAX).next_power_of_two() as f32;
     let substeps = organ.substeps as f32;
     in_range(

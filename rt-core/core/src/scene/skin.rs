@@ -32,7 +32,7 @@ pub struct SkinVertex {
     pub curvature_per_m: f32,
 }
 
-/// Contact skins of all organs. Organs without tetrahedra have none: tools collide with their
+/// Contact skins of all organs. Organs without tetrahedra have no skin: tools collide with their
 /// beads.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Skin<'a> {

@@ -7,8 +7,8 @@ use crate::scene::{RestSphere, SceneError};
 /// Tetrahedra in a batch.
 pub const LANES: usize = 8;
 
-/// Shape `6 V / L³` (`L` the longest edge from the first corner) below which a tetrahedron is
-/// refused as flat.
+/// Shape `6 V / L³` below which a tetrahedron is refused as flat. L is the longest edge at the
+/// first corner.
 const SHAPE_MIN: f32 = 1.0e-3;
 
 /// Four spheres of an organ and the tissue that they carry.
@@ -16,8 +16,8 @@ const SHAPE_MIN: f32 = 1.0e-3;
 pub struct Tetra {
     /// Its corners, indices into the scene's spheres; `det(b − a, c − a, d − a)` is positive.
     pub spheres: [u32; 4],
-    /// Volume of tissue that the tetrahedron represents, m³; more than its own volume where it lies
-    /// under the skin.
+    /// Volume of tissue that the tetrahedron represents, m³. Under the skin it is larger than the
+    /// volume of the tetrahedron.
     pub volume_m3: f32,
 }
 
@@ -96,9 +96,9 @@ impl TetraBatch {
     }
 }
 
-/// Hands the tetrahedra of one organ to `keep` in batches, in their order. A batch ends after
-/// eight, or where the next tetrahedron shares a sphere with it. Preparation orders the tetrahedra
-/// so that most batches are full.
+/// Passes the tetrahedra of one organ to `keep` in batches, in their order. A batch ends after
+/// eight tetrahedra, or if the next tetrahedron shares a sphere with it. Preparation orders the
+/// tetrahedra so that most batches are full.
 ///
 /// # Errors
 /// If a tetrahedron is flat or inverted at rest, represents no volume, or names a sphere that does

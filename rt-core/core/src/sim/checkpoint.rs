@@ -20,7 +20,7 @@ use crate::tissue::Bounds;
 use crate::tissue::sleep::Sleep;
 use crate::tool::{Kinematics, ToolState};
 
-/// Everything in a simulation that changes. As large as [`State`]: keep it on the heap.
+/// All data of a simulation that changes. It is about as large as [`State`]: keep it on the heap.
 #[derive(Debug, Clone)]
 pub struct Checkpoint {
     state: State,
@@ -97,8 +97,8 @@ impl Sim<'_> {
     }
 
     /// Restores a checkpoint of a simulation of the same scene by the same method. Equal inputs
-    /// then give equal results, bit for bit. A checkpoint of another scene does not panic, but
-    /// restores the state of that scene.
+    /// then give equal results, bit for bit. With a checkpoint of another scene, this does not
+    /// panic, but the results have no meaning.
     pub fn go_back(&mut self, checkpoint: &Checkpoint) {
         let Checkpoint {
             state,

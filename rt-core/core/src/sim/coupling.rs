@@ -1,4 +1,4 @@
-//! Constraints that tools, clips and contacts between organs impose in each substep.
+//! Constraints of tools, clips and contacts between organs, applied in each substep.
 
 use crate::contact::tool_contact::ToolContacts;
 use crate::math::Pose;
@@ -9,7 +9,7 @@ use crate::scene::Scene;
 use crate::tissue::Bodies;
 use crate::tissue::substeps::Coupling;
 
-/// Everything outside an organ that acts on it in a substep.
+/// Constraints that act on an organ from outside in a substep.
 pub(super) struct OuterConstraints<'a> {
     pub(super) scene: &'a Scene<'a>,
     pub(super) jaws: &'a Pose,

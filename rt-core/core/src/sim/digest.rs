@@ -1,8 +1,8 @@
-//! Digest of a tick: a few bytes in which two runs with equal inputs agree.
+//! Digest of a tick: a few bytes that are equal in two runs with equal inputs.
 //!
 //! Every sphere counts in every tick, so a comparison finds the first tick that differs, and the
-//! organ. A hash of all numbers would take longer than a tick has to spare; sums of the spheres'
-//! bits take microseconds.
+//! organ. A hash of all numbers would take too long for a tick; sums of the spheres' bits take
+//! microseconds.
 
 use crate::capacity::MAX_ORGANS;
 use crate::hash::Hash;
@@ -18,7 +18,7 @@ pub struct Digest {
     pub tools: u32,
     /// Hash of all spheres: displacement, velocity and flags.
     pub spheres: u32,
-    /// Hash of each organ's spheres in eight bits: a difference goes unnoticed once in 256 times.
+    /// Hash of each organ's spheres in eight bits: one difference in 256 is not detected.
     pub organs: [u8; MAX_ORGANS],
 }
 
@@ -74,9 +74,9 @@ impl TickView<'_> {
     }
 }
 
-/// Checksum of a row of spheres, per lane: the sum of the words, and the sum of the partial sums
-/// (as in Fletcher's checksum). It detects every single word that differs, and nearly every
-/// exchange of two words.
+/// Checksum of an organ's spheres, per lane: the sum of the words, and the sum of the partial sums
+/// (as in Fletcher's checksum). It detects every change of a single word, and nearly every exchange
+/// of two words.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Sums {
     sum: [u64; 4],

@@ -2,39 +2,39 @@
 //!
 //! | stage | does |
 //! |---|---|
-//! | sample | reads the newest poses, buttons and commands; checks them, and how old they are |
+//! | sample | reads the newest poses, buttons and commands; checks their values and their age |
 //! | tool | computes the poses and capsules of instrument and endoscope |
 //! | contact | finds the contacts of organs with tools, with each other and with themselves |
 //! | solve | moves the tissue, in substeps, with every constraint |
 //! | force | sums the wrench on the handle, limits it, and sends it to the device at once |
 //! | procedure | moves the jaws; grasps, cuts, clips, sews, burns, tears and leaks; raises events |
-//! | publish | hands the results to `Ports::publish` |
+//! | publish | passes the results to `Ports::publish` |
 //!
 //! # Determinism
 //!
-//! Every input of a tick passes through `Ports::sample`, `Ports::findings` and `Ports::may`. A
-//! recording of all three reproduces the run bit for bit. The core calls no maths library and uses
-//! no fused multiply-add; square roots are correctly rounded. The core reads no clock: the time,
-//! and the decision to omit work, are inputs like the samples.
+//! Every input of a tick passes through `Ports::sample`, `Ports::findings` and `Ports::may`. From a
+//! recording of these, a run can be reproduced bit for bit. The core calls no maths library and
+//! uses no fused multiply-add; square roots are correctly rounded. The core reads no clock: the
+//! time, and the decision to omit work, are inputs like the samples.
 //!
 //! # Digest
 //!
 //! The digest of a tick holds a hash of the tools, a hash of the checksums of all organs' spheres,
 //! and eight bits of each organ's checksum. Every sphere counts in every tick. So a comparison of
-//! two runs finds the first tick and the organ that differ. The checksums are plain sums, because a
-//! hash of every number would take too long for a tick. Results that affect neither tools nor
+//! two runs finds the first tick that differs, and the organ. The checksums are plain sums, because
+//! a hash of every number would take too long for a tick. Results that affect neither tools nor
 //! spheres, such as the flow of a leak, are not in the digest.
 //!
 //! # Checkpoints
 //!
 //! `Sim::checkpoint` copies the state between two ticks (about 4 MB). From the copy, equal inputs
-//! reproduce every later tick bit for bit.
+//! reproduce all later ticks bit for bit.
 //!
 //! # Prepared tasks
 //!
-//! `Command::Start` resets the scene and does the work of the earlier tasks: it removes cells, puts
-//! on clips and divides tubes. (For the first task it takes the sutures down instead.) The reset
-//! raises an event, but the prepared work raises none.
+//! `Command::Start` resets the scene and does the work of the earlier tasks: it removes cells,
+//! closes clips and divides tubes. (For the first task it takes the sutures down instead.) The
+//! reset raises an event; the prepared work does not.
 
 mod buried;
 mod checkpoint;
@@ -81,8 +81,8 @@ use crate::tissue::{Bounds, Method, Node, substeps};
 use crate::tool::{Capsule, Kinematics, ToolState, Wrench, capsules, endoscope};
 use crate::words::{Event, EventKind};
 
-/// Gap between the bounding boxes of two organs below which a moving organ wakes a sleeping one, m.
-/// Raising it wakes organs earlier, at more cost.
+/// Gap between the bounding boxes of two organs below which a moving organ wakes a sleeping organ,
+/// m. With a larger gap, organs wake earlier, and cost more time.
 const WAKE_GAP_M: f32 = 0.002;
 
 /// Parameters of a simulation.
@@ -124,7 +124,7 @@ pub struct Sim<'a> {
     transition: Transition,
     limit: OutputLimit,
     renders_torque: bool,
-    /// True if tissue or jaws asked for a force in this tick.
+    /// True if tissue or jaws demanded a force in this tick.
     asks_force: bool,
     journal: Journal,
     fault_counters: FaultCounters,
@@ -256,7 +256,8 @@ impl<'a> Sim<'a> {
         }
     }
 
-    /// Puts every organ back to rest without damage, releases held tissue, and takes off all clips.
+    /// Puts every organ back to rest without damage, releases grasped tissue, and removes all
+    /// clips.
     fn reset(&mut self) {
         self.release_tissue();
         self.contacts.clear();
@@ -336,7 +337,7 @@ impl<'a> Sim<'a> {
         }
     }
 
-    /// Advances every organ that moves in this tick, each in its substeps, with contacts.
+    /// Advances every organ that moves in this tick in its substeps, with contacts.
     fn solve(&mut self, far_organs: bool, faults: &mut FaultSet) {
         if self.tool.switches.paused {
             return;
@@ -383,9 +384,9 @@ impl<'a> Sim<'a> {
         bodies.move_spheres_without_cells(scene);
     }
 
-    /// Organs that are simulated in this tick: those near a tool or in the jaws and, if
-    /// `far_organs`, all others that are awake. Wakes organs near a tool, in the jaws, breathing,
-    /// pulled by a suture, or next to a moving organ.
+    /// Organs that are simulated in this tick: the organs near a tool or in the jaws and, if
+    /// `far_organs`, all other organs that are awake. Wakes organs that are near a tool, in the
+    /// jaws, moved by breathing, pulled by a suture, or next to a moving organ.
     fn moving_organs(&mut self, far_organs: bool) -> [bool; MAX_ORGANS] {
         let at_tools = self.organs_at_tools();
         let mut moves = at_tools;

@@ -47,7 +47,8 @@ impl Sim<'_> {
         self.sew();
     }
 
-    /// Applies current to the tissue that the hook's bare tip touches, and raises the burn events.
+    /// Applies current to the tissue that the bare tip of the hook touches, and raises the burn
+    /// events.
     pub(super) fn burn(&mut self) {
         let electrode = Electrode::of(&self.tool, self.electric_pedal());
         let (state, journal) = (&mut *self.state, &mut self.journal);
@@ -75,7 +76,7 @@ impl Sim<'_> {
     }
 
     /// Cuts with scissors that have closed in this tick by the share `closed_share` of their full
-    /// opening. The blades hold the tissue while they cut it.
+    /// opening. The blades grasp the tissue while they cut it.
     fn cut(&mut self, closed_share: f32, faults: &mut FaultSet) {
         let (scene, bodies, journal) = (&self.scene, &mut self.state.bodies, &mut self.journal);
         let blades = jaws(&self.tool);
@@ -95,8 +96,8 @@ impl Sim<'_> {
         }
     }
 
-    /// Holds the tubes between the closing jaws of the applier. Closes a clip if the jaws bite in
-    /// this tick.
+    /// Grasps the tubes between the closing jaws of the applier. Closes a clip if the jaws start to
+    /// grasp in this tick.
     fn clip(&mut self, starts_grasp: bool, faults: &mut FaultSet) {
         let (scene, bodies, journal) = (&self.scene, &mut self.state.bodies, &mut self.journal);
         let (jaws, at_m) = (jaws(&self.tool), self.tool.tip_m);
@@ -143,7 +144,7 @@ impl Sim<'_> {
             return;
         };
         let (grasped_count, force_n) = (self.grasp.count(), math::norm(&self.grasp.pull_n()));
-        // Tissue that slips in opening jaws is being released: it raises no slip event.
+        // Tissue that slips while the jaws open is being released, so it raises no slip event.
         let force_max_n = self.drive.grip_max_n(self.tool.instrument);
         let slipped = (self.grasp).hold(&jaws(&self.tool), force_max_n, &mut self.state.bodies);
         if slipped && closing {
@@ -185,7 +186,7 @@ impl Sim<'_> {
 
     pub(super) fn change_instrument(&mut self, instrument: Instrument) {
         self.release_tissue();
-        // Persistent contacts of the old instrument do not belong to the new one.
+        // The persistent contacts of the old instrument are not valid for the new instrument.
         self.contacts.clear();
         self.tool.instrument = instrument;
         // The new jaws start as open as the handle, so that the change neither bites nor cuts.

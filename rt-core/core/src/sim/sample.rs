@@ -8,22 +8,22 @@ use crate::time::TimeNs;
 use crate::words::{Health, Status};
 
 /// Lower bound of the age above which a device sample is stale, ns. The force falls while the
-/// sample is stale. Raising it tolerates longer gaps, in which an old force acts.
+/// sample is stale. A larger value tolerates longer gaps, in which an old force acts.
 const DEVICE_STALE_NS: u64 = 5_000_000;
 /// Age above which a device sample is stale, in periods of the device's own rate. With fewer
-/// periods, the samples of a slow device would always be stale, because a sample may wait a period
-/// in transit.
+/// periods, the samples of a slow device could always be stale, because a sample may be in transit
+/// for a period.
 const STALE_PERIODS: f32 = 3.0;
-/// Upper bound of the age above which a device sample is stale, ns: as long as a device's own
-/// watchdog may hold a force.
+/// Upper bound of the age above which a device sample is stale, ns: the longest time for which a
+/// device's own watchdog may hold a force.
 const DEVICE_STALE_MAX_NS: u64 = 100_000_000;
-/// Time between two ticks above which the force starts from zero again, ns: as long as the force
-/// takes to fall once a sample is stale.
+/// Time between two ticks above which the force starts from zero again, ns: the time in which the
+/// force falls after a sample became stale.
 const STANDSTILL_NS: u64 = 20_000_000;
 /// Time after a standstill, ns, in which no speed is computed from positions and the force does not
-/// rise. Samples that the device sent during the gap arrive all at once, and the handle covered the
-/// distance between them during the gap, not in one tick. A serial line delivers its buffer of 4 kB
-/// in a few milliseconds, or in tens of milliseconds on a busy machine.
+/// rise. Samples that the device sent during the standstill arrive all at once, so their distances
+/// are not travel within a tick. A serial line delivers its buffer of 4 kB in a few milliseconds,
+/// or in tens of milliseconds on a busy machine.
 const SETTLE_NS: u64 = 50_000_000;
 /// Age above which a tracker sample is stale, ns.
 const TRACKER_STALE_NS: u64 = 100_000_000;
@@ -31,11 +31,11 @@ const TRACKER_STALE_NS: u64 = 100_000_000;
 const PEDAL_STALE_NS: u64 = 500_000_000;
 /// Largest coordinate of a pose in its device's frame, m.
 const COORDINATE_MAX_M: f32 = 10.0;
-/// Least time by which the distance between two samples is divided for a speed, s. Each tick takes
-/// one sample, so two samples are a tick apart even if the first one arrived late.
+/// Lower bound of the time between two samples in the computation of a speed, s. Each tick takes
+/// one sample, so two samples are a tick apart even if the first arrived late.
 const SAMPLE_PERIOD_MIN_S: f32 = 0.001;
 
-/// One device's line: its state and its newest sample.
+/// State of one device's line, and its newest sample.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Line<T> {
     newest: Option<T>,
@@ -127,7 +127,7 @@ pub(crate) struct Inputs {
 impl Inputs {
     /// Inputs of a station with this haptic device.
     pub(crate) fn of(device: &DeviceCapabilities) -> Self {
-        // A rate that is not a number, or is below 1 Hz, gives the largest age.
+        // A rate that is NaN or below 1 Hz gives the largest age.
         let period_ns = (1.0e9 * STALE_PERIODS / device.rate_hz.max(1.0)) as u64;
         Self {
             stale_ns: period_ns.clamp(DEVICE_STALE_NS, DEVICE_STALE_MAX_NS),
@@ -199,8 +199,8 @@ impl Inputs {
         self.newly_pressed
     }
 
-    /// True if this tick's sample is the first, or the first after a gap, so that the handle may
-    /// have opened or shut unseen.
+    /// True if this tick's sample is the first, or the first after a gap: the handle may have
+    /// opened or shut since the last sample.
     pub(crate) const fn is_first_after_gap(&self) -> bool {
         self.is_first_after_gap
     }

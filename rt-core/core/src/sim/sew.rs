@@ -1,6 +1,6 @@
-//! Sewing: the trainee hangs an organ on the abdominal wall. A press of the pedal passes the needle
-//! through the tissue at the grasper's tip; a second press hangs the suture in the direction in
-//! which the tip was carried.
+//! Sewing: the trainee hangs an organ on the abdominal wall. A first press of the pedal passes the
+//! needle through the tissue at the grasper's tip. A second press hangs the suture on the wall, in
+//! the direction in which the tip was carried in between.
 
 use crate::math::{self, Vec3};
 use crate::port::PedalSample;
@@ -13,9 +13,9 @@ use crate::words::{Event, EventKind};
 /// Length of the needle, m: it pierces tissue that the instrument touches within this distance of
 /// the tip.
 const NEEDLE_M: f32 = 0.012;
-/// Least distance that the tip is carried before it shows a direction, m.
+/// Least distance by which the tip must be carried to give a direction, m.
 const CARRIED_MIN_M: f32 = 0.01;
-/// Least rise of the direction in which the tip was carried: height over length.
+/// Least rise of the direction in which the tip was carried: height divided by length.
 const RISE_MIN: f32 = 0.5;
 /// Longest thread, m.
 const THREAD_LENGTH_M: f32 = 0.2;
@@ -27,7 +27,8 @@ impl Sim<'_> {
         self.tool.instrument == Instrument::Grasper && self.state.bodies.sutures.has_unplaced()
     }
 
-    /// The pedal as the electrosurgical generator sees it.
+    /// State of the pedal for the electrosurgical generator: released while the pedal leads a
+    /// needle.
     pub(super) fn electric_pedal(&self) -> PedalSample {
         let pedal = self.tool.switches.pedal;
         let is_needle = self.is_sewing() || self.state.bodies.sutures.leads_needle();
@@ -73,7 +74,7 @@ impl Sim<'_> {
         });
     }
 
-    /// Passes the suture through its organ at the touched or held place nearest to the tip. The
+    /// Passes the suture through its organ at the touched or grasped place nearest to the tip. The
     /// suture then holds the free sphere nearest to this place.
     fn stitch(&self, mut suture: Suture) -> Option<(Suture, EventKind, Vec3)> {
         let bodies = &self.state.bodies;
@@ -101,8 +102,8 @@ impl Sim<'_> {
         Some((suture, EventKind::Stitch, at_m))
     }
 
-    /// Extends the thread from the organ past the tip to the wall, which is as high as the scene's
-    /// anchor of this suture.
+    /// Extends the thread from the organ past the tip to the wall. The wall is at the height of
+    /// this suture's anchor in the scene.
     fn hang_on_wall(&self, number: usize, mut suture: Suture) -> Option<(Suture, EventKind, Vec3)> {
         let mut scene_tie = self.scene.attachments.iter().filter(|it| is_suture(it));
         let scene_tie = scene_tie.nth(number)?;

@@ -16,8 +16,8 @@ const CLEARED_M: f32 = 0.008;
 const DIVIDED_AT: f32 = 0.65;
 
 impl Sim<'_> {
-    /// Resets everything, then prepares the start of `task`. No event describes the prepared work,
-    /// because the trainee did not do it.
+    /// Resets the simulation, then prepares the start of `task`. The prepared work raises no
+    /// events, because the trainee did not do it.
     pub(super) fn start(&mut self, task: Task) {
         self.reset();
         if task == Task::Hang {
@@ -49,7 +49,7 @@ impl Sim<'_> {
                 let links =
                     (organ_record.link_start..).zip(self.scene.elastic_links_of(organ_record));
                 for (link, ends) in links {
-                    // The longer links over this step, which resist bending, are severed too.
+                    // The longer links across this segment, which resist bending, are severed too.
                     let (low, high) = (ends.a.min(ends.b), ends.a.max(ends.b));
                     if low <= a.min(b) && high >= a.max(b) {
                         self.state.bodies.damage.sever_link(link);
@@ -96,9 +96,7 @@ impl Sim<'_> {
         let bodies = &self.state.bodies;
         let is_bag = |sphere: u32| {
             let other = self.scene.organs.get(usize::from(*bodies.organ.at(sphere)));
-            other.is_some_and(|other| {
-                other.inside == Inside::Bile && !other.is_tube()
-            })
+            other.is_some_and(|other| other.inside == Inside::Bile && !other.is_tube())
         };
         let ends = self
             .scene
@@ -114,8 +112,8 @@ impl Sim<'_> {
         Some(sphere.saturating_sub(organ_record.sphere_start) * 2 > organ_record.sphere_count)
     }
 
-    /// TubeSegment (link) at this share of the length of a tube whose spheres are numbered along
-    /// it. The share counts from the first sphere if `is_from_first`, else from the last.
+    /// Segment at this share of the length of a tube whose spheres are numbered along it. The share
+    /// counts from the first sphere if `is_from_first`, else from the last.
     fn segment_at(
         &self,
         organ: u8,
@@ -123,7 +121,7 @@ impl Sim<'_> {
         share: f32,
         is_from_first: bool,
     ) -> Option<TubeSegment> {
-        // Counts from both ends alike, because preparation may number the spheres from either end.
+        // The result is symmetric, because preparation may number the spheres from either end.
         let last = organ_record.sphere_count.saturating_sub(2);
         let from_end = ((share * (last + 1) as f32) as u32).min(last);
         let place = if is_from_first {

@@ -6,10 +6,10 @@ use crate::procedure::unrest::Finding;
 use crate::sim::{Sim, WAKE_GAP_M};
 use crate::words::{Event, EventKind};
 
-/// Speed below which the handle is at rest, m/s: five times the tremor of a resting hand.
+/// Speed below which the handle counts as at rest, m/s: five times the tremor of a resting hand.
 const HANDLE_REST_SPEED_M_S: f32 = 0.005;
-/// Lower bound of the length of the shaft outside the body by which `Sim::tip_speed_ratio` divides,
-/// m: about half the width of a hand.
+/// Lower bound of the length of the shaft outside the body in `Sim::tip_speed_ratio`, m: about half
+/// the width of a hand.
 const LEVER_MIN_M: f32 = 0.05;
 /// Ticks between two searches for organs next to those that a tool moves.
 const SPREAD_TICKS: u64 = 16;
@@ -65,7 +65,7 @@ impl Sim<'_> {
                 Finding::Falls(distance_m) => (EventKind::Fall, distance_m),
                 Finding::Shakes(speed_m_s) => (EventKind::Shake, speed_m_s),
             };
-            // If the journal has little room, the events of the operation come first.
+            // These events come last, so that they displace no events of the operation.
             if journal.has_room() && (organ as usize) < organs.len() {
                 journal.raise(Event {
                     kind,
@@ -81,8 +81,8 @@ impl Sim<'_> {
             .end_tick_of_worked_organs(hand_m_s, bounds, fastest, &mut report);
     }
 
-    /// Speed of the tip over the speed of the handle (the shaft is a lever about the port), at
-    /// least 1.
+    /// Speed of the tip divided by the speed of the handle, at least 1. The shaft is a lever about
+    /// the port.
     fn tip_speed_ratio(&self) -> f32 {
         let port_m = self.scene.room.instrument_port_m;
         let [tip_m, handle_m] = [
@@ -97,13 +97,13 @@ impl Sim<'_> {
         }
     }
 
-    /// Notes the organs at which this tick has cut, burnt away or torn something.
+    /// Marks the organs at which this tick has cut, burnt away or torn something as freed.
     fn note_freed(&mut self) {
         let is_worked_on = self.unrest.is_worked_on();
         for event in self.journal.events() {
             let is_freed = match event.kind {
                 EventKind::Cut | EventKind::Removed | EventKind::Divided => true,
-                // Tissue that tears without a tool is a fault of the scene.
+                // If tissue tears without a tool, the scene is faulty.
                 EventKind::Tear | EventKind::Perforation => is_worked_on,
                 _ => false,
             };

@@ -38,7 +38,7 @@ pub struct TickView<'a> {
     /// Energy that the hand put into contact and did not get back, J. Below zero, contact has
     /// generated energy.
     pub energy_j: f32,
-    /// True if tissue or jaws asked for a force in this tick, and the simulation is not paused.
+    /// True if tissue or jaws demanded a force in this tick, and the simulation is not paused.
     pub asks_force: bool,
     /// Share of the demanded force that the ramp let through; 0 while force is cut.
     pub force_share: f32,
@@ -62,8 +62,8 @@ pub struct TickView<'a> {
 }
 
 impl<'a> TickView<'a> {
-    /// Cells of layered tissue, in the scene's order: heat taken as a share of the energy that
-    /// removes the cell, 0 to 254, or [`crate::tissue::cells::REMOVED`].
+    /// Cells of layered tissue, in the scene's order: heat absorbed, as a share of the energy that
+    /// removes the cell, 0 to 254; or [`crate::tissue::cells::REMOVED`].
     #[must_use]
     pub fn cells(&self) -> &'a [u8] {
         self.bodies.cells.heat_code(self.scene.layers.cells.len())
