@@ -97,7 +97,7 @@ impl fmt::Display for SceneError {
                 allowed,
             } => write!(
                 f,
-                "{what} (index {index}) substeps {value}, allowed substeps {allowed}: correct the recipe \
+                "{what} (index {index}) is {value}, allowed is {allowed}: correct the recipe \
                  and prepare the scene again"
             ),
             Self::Link {
@@ -107,7 +107,7 @@ impl fmt::Display for SceneError {
                 end,
             } => write!(
                 f,
-                "link {link} joins spheres {a} and {b}, its organ has {first}..{end}: \
+                "link {link} joins spheres {a} and {b}, but its organ has {first}..{end}: \
                  prepare the scene again"
             ),
             Self::Foreign {
@@ -116,8 +116,8 @@ impl fmt::Display for SceneError {
                 sphere,
             } => write!(
                 f,
-                "{what} {index} names sphere {sphere}, which substeps not of its organ or does not \
-                 exist: prepare the scene again"
+                "{what} {index} names index {sphere}, which does not exist or is not of its organ: \
+                 prepare the scene again"
             ),
         }
     }
