@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn what_swings_or_goes_with_the_hand_or_pauses_does_not_shake() {
+    fn swings_hand_motion_and_pauses_are_no_shaking() {
         assert_eq!(found(20_000, 2.0, 0.3, |_| 0.02), None, "a swinging organ");
         assert_eq!(found(20_000, 5.0, 0.3, |_| 0.02), None, "a hand's own pace");
         assert_eq!(found(20_000, 40.0, 0.02, |_| 0.0), None, "a slow organ");

@@ -405,7 +405,7 @@ mod tests {
     }
 
     #[test]
-    fn what_shakes_on_is_reported_once_and_again_after_a_rest() {
+    fn shaking_is_reported_once_and_again_after_rest() {
         let shakes = |_: &mut Unrest, _| (BALL, 0.02);
         let mut unrest = at_rest();
         let reported = run(&mut unrest, 60_000, shakes);
@@ -415,7 +415,7 @@ mod tests {
     }
 
     #[test]
-    fn what_swings_out_or_creeps_or_is_worked_on_does_not_shake() {
+    fn decaying_slow_or_worked_organs_do_not_shake() {
         // An oscillation that loses half of its speed in each second.
         let swings = |_: &mut Unrest, tick: u32| {
             let mut speed_m_s = 1.0;

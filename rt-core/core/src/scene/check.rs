@@ -575,7 +575,7 @@ mod tests {
     }
 
     #[test]
-    fn a_room_that_is_no_room_is_refused() {
+    fn invalid_room_is_refused() {
         let refused = |room: Room| Scene::new(&[], &[], &[], room).is_err();
         assert!(refused(Room {
             instrument_length_m: f32::INFINITY,

@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn the_least_change_of_any_sphere_and_an_exchange_show() {
+    fn checksum_detects_any_change_and_an_exchange() {
         let (nodes, bits) = row();
         let sums = Sums::of(&nodes, &bits);
         assert_eq!(sums, Sums::of(&nodes, &bits));

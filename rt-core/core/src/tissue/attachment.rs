@@ -329,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tie_is_solved_as_often_as_its_stiffness_needs() {
+    fn tie_is_solved_as_often_as_its_stiffness_needs() {
         let (organs, spheres) = (organs(1, 16), spheres());
         let scene = Scene::new(&organs, &spheres, &[], room()).expect("sound");
         // `k dt² w`: at one solution a tick, a stiffness of 0.9 N/m loses 3 %.

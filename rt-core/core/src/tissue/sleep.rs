@@ -60,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sleeps_after_standing_still_and_wakes_at_once() {
+    fn sleeps_after_rest_and_wakes_at_once() {
         let mut sleep = Sleep::AWAKE;
         for _ in 1..SLEEP_AFTER_TICKS {
             sleep.record_speed(3, 0.0005);

@@ -24,13 +24,13 @@ fn anatomy() -> Anatomy {
 /// tube that is then longer than 4 mm (3 mm at rest).
 fn begin(task: Task) -> (Bench, Vec<usize>) {
     let anatomy = anatomy();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
-    stay(&mut sim, &mut bench, &AWAY, 100, NONE);
+    hold_tip(&mut sim, &mut bench, &AWAY, 100, NONE);
     bench.next_at(&AWAY, NONE).command = Some(Command::Start(task));
     sim.tick(&mut bench);
-    stay(&mut sim, &mut bench, &AWAY, 1000, NONE);
+    hold_tip(&mut sim, &mut bench, &AWAY, 1000, NONE);
     let tube = bench.centers_m[..21].windows(2).enumerate();
     let apart = tube.filter(|(_, pair)| norm(&(pair[1] - pair[0])) > 0.004);
     let apart = apart.map(|(i, _)| i).collect();
@@ -38,7 +38,7 @@ fn begin(task: Task) -> (Bench, Vec<usize>) {
 }
 
 #[test]
-fn each_task_begins_with_what_is_done_before_it_and_only_that_is_reported() {
+fn task_starts_with_the_earlier_tasks_done() {
     for (task, clips, is_divided) in [
         (Task::Identify, 0, false),
         (Task::Clamp, 0, false),

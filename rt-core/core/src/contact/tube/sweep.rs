@@ -303,7 +303,7 @@ mod tests {
         /// [`Side::follow`] would settle. Otherwise the bead's separation would jump when its
         /// weight rises above zero, because from then on the bead is followed.
         #[test]
-        fn led_bead_lies_where_a_followed_one_does(overlap_m in 1.0e-4f32..0.004, middle in vector(0.01), half in vector(0.02)) {
+        fn bead_with_its_leaders_side_lies_where_a_followed_bead_does(overlap_m in 1.0e-4f32..0.004, middle in vector(0.01), half in vector(0.02)) {
             let leader = Side { normal: Vec3::z(), share: 0.5 };
             let still = rod(Vec3::new(middle.x, middle.y, REACH_M - overlap_m), half);
             let motion = Motion { slip_m: 0.0, ..motion(still, still) };

@@ -147,7 +147,7 @@ fn walls_n_m(tubes: &mut TubeContacts, scene: &Scene<'_>, bodies: &Bodies) -> f3
 }
 
 #[test]
-fn jaws_do_not_push_what_they_hold() {
+fn jaws_do_not_push_beads_between_them() {
     let duct = Duct::new();
     let scene = Scene::new(&duct.organs, &duct.spheres, &duct.links, room()).unwrap();
     let mut bodies = Box::new(Bodies::new());

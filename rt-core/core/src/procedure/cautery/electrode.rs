@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn the_power_is_shared_out_and_cutting_parts_more_than_it_dries() {
+    fn shares_sum_to_the_power_and_cutting_divides_more_than_it_dries() {
         let dose = |cut| {
             let electrode = fed(&hook(Instrument::Hook, cut, !cut));
             electrode.and_then(|it| it.dose(2.0e-6)).expect("current")

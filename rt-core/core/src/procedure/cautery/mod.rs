@@ -229,7 +229,7 @@ mod tests {
         /// On any path of the tip: damage of a link never falls, never exceeds 1, and grows only
         /// under the tip. The energy in the events equals the energy given.
         #[test]
-        fn fire_takes_only_under_the_tip_and_gives_nothing_back(
+        fn damage_grows_only_under_the_tip_and_energy_is_accounted(
             tips in prop::collection::vec((-0.002f32..0.03, -0.004f32..0.004, 1u32..120), 1..12),
         ) {
             let spheres: Vec<_> = (0..=LINKS)

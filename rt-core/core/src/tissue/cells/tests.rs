@@ -278,7 +278,7 @@ proptest! {
     /// The state does not depend on the order of removal, bit for bit. A reset restores the first
     /// state.
     #[test]
-    fn the_order_does_not_matter(
+    fn order_of_removal_does_not_matter(
         order in Just((0..SIDE * SIDE * LAYERS).collect::<List<u16>>()).prop_shuffle(),
         taken in 0usize..800,
     ) {

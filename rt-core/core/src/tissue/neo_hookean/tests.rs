@@ -181,7 +181,7 @@ proptest! {
     }
 
     #[test]
-    fn the_kernel_does_what_the_formula_says(
+    fn kernel_matches_the_formula(
         displaced in prop::collection::vec(prop::array::uniform6(-0.002f32..0.002), 64)
     ) {
         let mut fast = nodes(&displaced);
