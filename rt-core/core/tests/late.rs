@@ -1,4 +1,4 @@
-//! A late tick omits optional work, and never the force.
+//! A late tick omits optional work, but never the force.
 
 mod rig;
 
@@ -16,7 +16,7 @@ const FORCE_ENABLED: Parameters = Parameters {
 /// Spheres of the liver; the gallbladder's follow.
 const LIVER: usize = 581;
 
-/// A bench with time only for the optional work for which `has_time` is true.
+/// A bench that has time only for the optional work for which `has_time` returns true.
 struct Late {
     bench: Bench,
     has_time: fn(Optional) -> bool,
@@ -116,7 +116,7 @@ fn omitted_self_collision_is_made_up_later() {
         has_time: |work| work != Optional::SelfCollision,
         asked: Vec::new(),
     };
-    // The gallbladder lies on the liver: without contact of organs it sinks into the liver.
+    // The gallbladder lies on the liver. Without contact between organs it sinks into the liver.
     let mut height_m = |ticks: u32, has_time: fn(Optional) -> bool| {
         late.has_time = has_time;
         for _ in 0..ticks {

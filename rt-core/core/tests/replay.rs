@@ -1,5 +1,5 @@
-//! Equal inputs give equal bits: in debug and release builds, and after changes of the code that
-//! leave the physics alone.
+//! Equal inputs give equal bits: in debug and release builds, and after changes of the code that do
+//! not change the physics.
 
 mod rig;
 
@@ -18,9 +18,9 @@ const GOLDEN_SKINS: u64 = 0xb050024c48a275c4;
 /// Hash of the run with the inner-sphere paper's method.
 const GOLDEN_PAPER: u64 = 0x9331430a4f9102c1;
 
-/// The instrument approaches, presses, slides, grasps, lifts and releases; again and again the
-/// device is silent for some ticks. `iterations` is the number for the paper's method; `None` uses
-/// Calot's method.
+/// The instrument approaches, presses, slides, grasps, lifts and releases. In between, the device
+/// repeatedly sends no samples for some ticks. `iterations` is the number for the paper's method;
+/// `None` uses Calot's method.
 fn run(anatomy: &Anatomy, iterations: Option<u32>) -> u64 {
     let (mut state, mut paper) = (Box::new(State::new()), paper(iterations));
     let parameters = Parameters {

@@ -214,7 +214,7 @@ impl Ball {
 }
 
 /// Liver, and tissue that is eight times as stiff, comes to rest when squeezed to 40 % of its
-/// height, and no tetrahedron is inverted. Liver takes equal shapes with one substep and with
+/// height, and no tetrahedron is inverted. The shape of liver is the same with one substep and with
 /// eight.
 #[test]
 fn squeezed_tissue_stays_whole() {
@@ -271,7 +271,8 @@ fn viscosity_does_not_change_a_sag() {
     }
 }
 
-/// A sphere whose velocity is no number for one tick is put back, and the organ goes on as before.
+/// A sphere whose velocity is NaN in one tick is put back to its last place, and the organ
+/// continues as before.
 #[test]
 fn nan_in_one_sphere_does_not_spread() {
     Bar::new().with_gravity().simulate(|tissue, spheres| {

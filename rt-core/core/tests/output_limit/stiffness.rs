@@ -38,8 +38,8 @@ fn stiffness_that_comes_under_load_takes_force_away_slowly() {
     assert!(near(forces[300], 0.25) && near(forces[800], 0.5));
 }
 
-/// A second and a third part of the tool touch a wall on the way in, and leave it on the way out.
-/// The felt force never falls on the way in, and never rises on the way out.
+/// A second and a third part of the tool begin to touch a wall on the way in, and leave it on the
+/// way out. The felt force never falls on the way in, and never rises on the way out.
 #[test]
 fn new_contact_takes_no_force_from_a_hand_that_goes_deeper() {
     let mut limit = enabled_limit();
@@ -121,8 +121,8 @@ fn stiffness_that_flickers_is_not_felt() {
     assert!((forces[1999] - 0.25).abs() < 0.01, "{}", forces[1999]);
 }
 
-/// A cut resets the gate: the next contact begins with the share of its own stiffness, not with
-/// that of the contact before.
+/// A cut resets the gate: the next contact begins with a scale for its own stiffness, not with the
+/// scale of the contact before.
 #[test]
 fn contact_after_a_cut_begins_with_its_own_share() {
     let with = |stiffness_n_m: f32| Demand {
@@ -162,7 +162,7 @@ fn contact_after_a_cut_begins_with_its_own_share() {
     }
 }
 
-/// An infinite stiffness blocks the force while it lasts, and is forgotten soon after.
+/// An infinite stiffness blocks the force while it lasts. Soon after, the gate has forgotten it.
 #[test]
 fn infinite_stiffness_is_forgotten() {
     let mut limit = enabled_limit();

@@ -1,4 +1,4 @@
-//! Rig: synthetic organs, and ports that a test fills, for tests, the bench and the examples. It
+//! Rig for tests, the bench and the examples: synthetic organs, and ports that the user fills. It
 //! uses no files and no randomness, so it is equal on every machine.
 
 #![allow(dead_code)] // every user takes what it needs
@@ -280,7 +280,7 @@ impl Anatomy {
     }
 }
 
-/// A room whose devices stand at the world's origin.
+/// A room in which the base frames of the devices are the world frame.
 pub(crate) fn room() -> Room {
     Room {
         gravity_m_s2: Vec3::new(0.0, 0.0, -9.81),

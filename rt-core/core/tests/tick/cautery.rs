@@ -24,7 +24,7 @@ fn thin_tube() -> Anatomy {
     tube
 }
 
-/// The bench after this instrument has gone to `at` and stayed there for `ticks` under this
+/// The bench after this instrument has moved to `at` and stayed there for `ticks` under this
 /// current. The current is off at the end.
 fn burnt(
     anatomy: &Anatomy,

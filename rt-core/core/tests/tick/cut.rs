@@ -27,8 +27,8 @@ fn anatomy() -> Anatomy {
     tube
 }
 
-/// Number of `Cut` events, and centres of the spheres, after this instrument went to `at`, closed
-/// and opened its jaws, and left.
+/// Number of `Cut` events, and centres of the spheres, after this instrument has moved to `at`,
+/// closed and opened its jaws, and moved away.
 fn cuts(instrument: Instrument, at: &Vec3) -> (usize, Vec<Vec3>) {
     let anatomy = anatomy();
     let mut state = new_state();

@@ -1,4 +1,4 @@
-//! Valid and invalid samples, and the force when a device falls silent.
+//! Valid and invalid samples, and the force when a device sends no more samples.
 
 use crate::rig::{Anatomy, Bench, TOUCH, pedal, tracker_at};
 use crate::{AWAY, FORCE_ENABLED, NONE, PRESSED, hold_tip, move_tip, new_state};
@@ -128,7 +128,7 @@ fn pedal_and_camera() {
     assert_eq!(bench.counters.of(Fault::LostPedal), 1);
     let announced = bench.events.iter().filter(|it| it.kind == EventKind::Fault);
     assert_eq!(announced.count(), 1, "a person hears of it");
-    // A line that is open and silent is a loss, too.
+    // A pedal on an open line that sends nothing also counts as lost.
     bench.next().pedal = Polled::Fresh(pedal(true, false, bench.samples.now_ns));
     sim.tick(&mut bench);
     for _ in 0..600 {

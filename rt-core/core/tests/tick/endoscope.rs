@@ -1,5 +1,5 @@
-//! The endoscope in the body: tissue yields to it, and the hand feels it only through the
-//! instrument.
+//! The endoscope in the body: tissue yields to it. The hand feels it only if the instrument touches
+//! it.
 
 use crate::rig::{Anatomy, Bench, TOUCH, tracker_at};
 use crate::{AWAY, FORCE_ENABLED, NONE, moved_m, new_state};

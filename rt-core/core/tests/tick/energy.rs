@@ -1,5 +1,5 @@
-//! The loop of hand, instrument and tissue generates no energy, and behaves equally in any
-//! orientation.
+//! The loop of hand, instrument and tissue generates no energy, and does not depend on the
+//! orientation of the room.
 
 use super::tear::{BITTEN, pad};
 use super::*;
@@ -7,8 +7,8 @@ use crate::rig::LEVER;
 use proptest::prelude::*;
 use rt_core::math::Quat;
 
-/// Number of random cases of each test. 300 cases have been run once; in each, the hand gave
-/// energy.
+/// Number of random cases of each test. 300 cases have been run once; in each of them, the hand
+/// gave energy.
 const CASES: u32 = 12;
 
 /// A segment of the hand's path: target of the tip, and speed.
@@ -93,8 +93,8 @@ fn to(to_m: Vec3) -> Leg {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(CASES))]
 
-    /// Presses and pushes with open jaws, from no contact to no contact. The hand gets no energy
-    /// that it has not given.
+    /// Presses and pushes with open jaws, from no contact to no contact. The hand gets no more
+    /// energy than it has given.
     #[test]
     fn a_round_through_tissue_costs_the_hand(legs in prop::collection::vec(leg(), 1..5)) {
         let anatomy = pad();
@@ -109,8 +109,8 @@ proptest! {
         prop_assert!(given_j > -1.0e-5 - 0.01 * most_j, "{} J of {} J", given_j, most_j);
     }
 
-    /// Grasps and pulls, with slipping and tearing, back to the place of the bite. (The jaws' own
-    /// drive pays for closing and opening.)
+    /// Grasps and pulls, with slipping and tearing, back to the place of the grasp. (Closing and
+    /// opening are not counted, because the drive of the jaws supplies their energy.)
     #[test]
     fn a_round_with_tissue_in_the_jaws_costs_the_hand(legs in prop::collection::vec(leg(), 1..5)) {
         let anatomy = pad();

@@ -1,4 +1,5 @@
-//! Grasp as the hand feels it: no knock, a pull as stiff as the tissue, and a limit.
+//! Force of a grasp on the hand: it has no steps, is as stiff as the tissue, and is limited by
+//! friction.
 
 use super::*;
 use rt_core::fault::Fault;
@@ -46,7 +47,7 @@ fn above(by_m: f32) -> Vec3 {
     BITTEN + Vec3::new(0.0, 0.0, by_m)
 }
 
-/// Moves the open jaws to the liver slowly, and waits for rest.
+/// Moves the open jaws to the liver slowly, and waits until the liver rests.
 fn approach(sim: &mut Sim<'_>, bench: &mut Bench) {
     move_tip(sim, bench, &AWAY, &BITTEN, 500, NONE);
     hold_tip(sim, bench, &BITTEN, 500, NONE);
@@ -67,10 +68,10 @@ fn a_grasp_begins_and_carries_on_without_a_knock() {
         Buttons::GRASP,
     );
     assert!(bench.grasped_count > 0);
-    // The jaws bite after 98 ticks; before that, they move against the tissue.
+    // The jaws grasp after 98 ticks; before that, they move against the tissue.
     let step = largest_step(&closing[90..]);
-    // Jaws that go on closing push the tissue at 50 mm/s. These spheres have no skin, so their
-    // contact stiffens as the contact of tubes does.
+    // While the jaws continue to close, they push the tissue at 50 mm/s. These spheres have no
+    // skin, so their contact stiffens as the contact of tubes does.
     assert!(step < 0.012, "closing: {step} N in a tick");
     // 10 mm in 2 s.
     let lifting = move_and_record(

@@ -1,4 +1,4 @@
-//! The tick as the process sees it, through its ports.
+//! Tests of the tick through its ports, as the process uses it.
 
 mod cautery;
 mod clip;
@@ -41,7 +41,7 @@ fn new_state() -> Box<State> {
     Box::new(State::new())
 }
 
-/// Moves the tip along a straight line, one step a tick.
+/// Moves the tip along a straight line, in equal steps, one a tick.
 fn move_tip(
     sim: &mut Sim<'_>,
     bench: &mut Bench,

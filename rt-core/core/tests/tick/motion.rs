@@ -113,7 +113,7 @@ fn waking_is_neither_missed_nor_felt() {
         let mut state = new_state();
         let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
         let mut bench = Bench::new();
-        // Pressed once, so that some displacement remains when it sleeps.
+        // The liver is pressed once, so that some displacement remains when it sleeps.
         move_tip(&mut sim, &mut bench, &AWAY, &PRESSED, 400, NONE);
         move_tip(&mut sim, &mut bench, &PRESSED, &AWAY, 400, NONE);
         hold_tip(

@@ -1,5 +1,5 @@
-//! A handle that opens and shuts: the jaws follow it, and the fingers feel what the jaws hold or
-//! cut.
+//! A handle that opens and shuts: the jaws follow it, and the fingers feel the tissue between the
+//! jaws.
 
 use super::grip::count;
 use super::vessel::{artery, tip_past};
@@ -166,8 +166,8 @@ fn a_cut_takes_the_fracture_energy_of_the_tissue() {
             pair[0].opening_n * (pair[0].handle_opening - pair[1].handle_opening) * HANDLE.travel_m
         })
         .sum();
-    // The blades already cut while the spring tightens, so the fingers do less work for this part
-    // of the cut.
+    // The blades already cut while the spring tightens, so the fingers do less work than this part
+    // of the cut takes.
     let peak_n = closing
         .iter()
         .fold(0.0f32, |most, it| most.max(it.opening_n));
@@ -180,7 +180,7 @@ fn a_cut_takes_the_fracture_energy_of_the_tissue() {
     );
     let shut = move_fingers(&mut sim, &mut bench, &tip, (0.0, 0.0), 10);
     assert!(shut[9].opening_n.abs() < 1.0e-6, "no tissue is left to cut");
-    // When the blades open again, they meet nothing.
+    // When the blades open again, nothing resists them.
     let again = move_fingers(&mut sim, &mut bench, &tip, (0.0, 1.0), 400);
     assert!(again.iter().all(|it| it.opening_n.abs() < 1.0e-6));
 }
@@ -217,7 +217,7 @@ fn a_handle_that_was_shut_in_a_gap_bites_nothing() {
     }
     move_fingers(&mut sim, &mut bench, &tip_past(0.0015), (0.0, 0.0), 400);
     assert!(bench.clips.is_empty(), "{:?}", bench.clips);
-    // The applier clips after the hand has opened it and shuts it.
+    // The applier clips once the hand has opened it and shuts it.
     move_fingers(&mut sim, &mut bench, &tip_past(0.0015), (0.0, 1.0), 300);
     move_fingers(&mut sim, &mut bench, &tip_past(0.0015), (1.0, 0.0), 300);
     assert_eq!(bench.clips.len(), 1);

@@ -1,4 +1,4 @@
-//! The trainee hangs an organ on a suture, from the place that the tip touched, in the direction in
+//! The trainee hangs an organ on a suture: from the place that the tip touched, in the direction in
 //! which the tip was carried.
 
 use super::grip::count;
@@ -101,8 +101,8 @@ fn pedal_presses_stitch_and_hang_a_suture_that_is_drawn_in() {
     let through = bench.sutures[0].0.sphere;
     let off_m = norm(&(bench.centers_m[through as usize] - TOUCHES));
     assert!(off_m < 0.02, "{off_m}");
-    // A tip that has not moved shows no direction; a tip that moves along the liver shows none that
-    // leads to the wall.
+    // A tip that has not moved gives no direction. A tip that moves along the liver gives a
+    // direction that does not lead to the wall.
     press_pedal(&mut sim, &mut bench, &TOUCHES);
     let aside = Vec3::new(0.1, 0.0, 0.055);
     move_tip(&mut sim, &mut bench, &ADJACENT, &aside, 200, NONE);
@@ -120,7 +120,7 @@ fn pedal_presses_stitch_and_hang_a_suture_that_is_drawn_in() {
         (at_m - before_m).normalize().dot(&carried) > 0.999,
         "{at_m}"
     );
-    // The suture is drawn in although the liver slept.
+    // The suture is drawn in, although the liver was asleep.
     hold_tip(&mut sim, &mut bench, &AWAY, 4000, NONE);
     let now_m = bench.centers_m[through as usize];
     let drawn_m = norm(&(at_m - before_m)) - norm(&(at_m - now_m));

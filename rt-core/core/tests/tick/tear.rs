@@ -4,8 +4,8 @@ use super::grip::{count, largest_step, move_and_record};
 use super::*;
 use rt_core::scene::{Anchor, Attachment, Link};
 
-/// Energy that tears one attachment, J: 0.1 mJ up to 100 mN at 2 mm, and as much again while the
-/// force falls to zero.
+/// Energy that tears one attachment, J: 0.1 mJ while the force rises to 100 mN at 2 mm, and 0.1 mJ
+/// while the force falls to zero.
 const BAND_J: f32 = 2.0e-4;
 const BAND_N_M: f32 = 50.0;
 
@@ -47,7 +47,7 @@ fn a_pull_tears_band_after_band_and_takes_their_energy() {
     let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
     grasp_pad(&mut sim, &mut bench);
-    // A small pull and back: nothing has torn, and the state is as before.
+    // After a small pull and back, nothing has torn, and the force is as before.
     let before_n = bench.force_n.z;
     let above = |by_m: f32| BITTEN + Vec3::new(0.0, 0.0, by_m);
     for (from, to) in [(0.0, 0.003), (0.003, 0.0)] {
@@ -86,14 +86,15 @@ fn a_pull_tears_band_after_band_and_takes_their_energy() {
         bench.force_n.z
     );
     let work_j: f32 = forces.iter().map(|f| -f * travel_m / ticks as f32).sum();
-    // When the bands tear, elastic energy of the tissue is lost as well.
+    // When a band tears, elastic energy of the tissue is lost as well.
     let torn_j = BAND_J * bands as f32;
     assert!(
         (1.0..4.5).contains(&(work_j / torn_j)),
         "{work_j} J for {torn_j} J"
     );
     let step = largest_step(&forces);
-    // The load vanishes as fast as fibres tear, in 50 ticks; then the pad springs against the jaws.
+    // The load vanishes as fast as fibres tear, within 50 ticks; then the pad springs against the
+    // jaws.
     assert!(
         step < force_max_n / 4.0,
         "{step} of {force_max_n} N in a tick"

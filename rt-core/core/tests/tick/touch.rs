@@ -1,4 +1,4 @@
-//! Contact and grasp, and the force of both.
+//! Contact and grasp, and their forces.
 
 use crate::rig::{Anatomy, Bench, SOFT, TOUCH, organ, room};
 use crate::{
@@ -57,7 +57,7 @@ fn pressing_dents_the_organ_pushes_the_hand_back_and_ends() {
     assert_eq!(contact.kind, EventKind::Contact);
     assert!(presses.iter().all(|it| it.kind == EventKind::Press));
     assert!(presses.is_sorted_by(|a, b| a.value < b.value));
-    // The way in is fast, so the tip meets more than the force with which it rests.
+    // The tip goes in fast, so its force on the way in is larger than its force at rest.
     let (pressed_n, rests_n) = (presses.last().map_or(0.0, |it| it.value), bench.force_n.z);
     assert!(
         (rests_n..4.0 * rests_n).contains(&pressed_n),

@@ -71,7 +71,7 @@ fn liver(factor: f32, heavy: bool) -> Anatomy {
 }
 
 /// A hand strokes the liver at 10 mm/s and never rests. Two livers are stable, one of them as stiff
-/// as cartilage. The third liver is too soft for its weight: it falls in and shakes.
+/// as cartilage. The third liver is too soft for its weight: it collapses and shakes.
 #[test]
 fn a_liver_that_shakes_under_a_moving_hand_is_reported_once() {
     for (factor, heavy, times) in [(1.0, false, 0), (300.0, false, 0), (0.005, true, 1)] {

@@ -1,4 +1,4 @@
-//! Leaks of vessels and ducts, and what stops them.
+//! Leaks of vessels and ducts, and means to stop them.
 
 use super::cautery::{COAGULATE, CUT, under_current};
 use super::grip::count;
@@ -17,8 +17,8 @@ pub(super) fn artery() -> Anatomy {
     let mut artery = tube(0.0);
     artery.organs[0].inside = Inside::Blood;
     artery.organs[0].material.young_pa = young_pa;
-    // The chain has no bending stiffness. The chain is damped as in fluid; otherwise its stumps
-    // would swing.
+    // The chain has no bending stiffness. It is damped as in fluid; otherwise its stumps would
+    // swing.
     artery.organs[0].material.damping_per_s = 60.0;
     for sphere in &mut artery.spheres {
         sphere.radius_m = 0.001_2;
@@ -39,7 +39,7 @@ pub(super) fn artery() -> Anatomy {
     artery
 }
 
-/// Goes to `at` with this instrument, closes and opens it there, and leaves.
+/// Moves this instrument to `at`, closes and opens it there, and moves it away.
 pub(super) fn use_instrument(
     sim: &mut Sim<'_>,
     bench: &mut Bench,
@@ -217,7 +217,7 @@ fn a_bag_that_is_burnt_through_leaks_once() {
 }
 
 /// Number of perforations after the hook's bent end has coagulated the top of an organ with this
-/// content for so many ticks.
+/// content for `ticks`.
 fn perforations(inside: Inside, ticks: u32) -> usize {
     let mut bag = Anatomy::liver().with_skins();
     bag.organs[0].inside = inside;

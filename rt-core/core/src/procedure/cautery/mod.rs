@@ -226,8 +226,8 @@ mod tests {
     const LINKS: u32 = 12;
 
     proptest! {
-        /// On any path of the tip: damage of a link never falls, never exceeds 1, and grows only
-        /// under the tip. The energy in the events equals the energy given.
+        /// On any path of the tip, the damage of a link never falls, never exceeds 1, and grows
+        /// only under the tip. The energy in the events equals the supplied energy.
         #[test]
         fn damage_grows_only_under_the_tip_and_energy_is_accounted(
             tips in prop::collection::vec((-0.002f32..0.03, -0.004f32..0.004, 1u32..120), 1..12),
