@@ -236,9 +236,9 @@ mod tests {
         let cross = [share(d - c), share(b - a)]
             .iter()
             .all(|s| (0.0..1.0).contains(s));
-        let apart = (c - a).dot(&across).abs() / across.norm();
+        let distance = (c - a).dot(&across).abs() / across.norm();
         ends.into_iter()
-            .fold(if cross { apart } else { f64::MAX }, f64::min)
+            .fold(if cross { distance } else { f64::MAX }, f64::min)
     }
 
     /// The endoscope lies on x; a shaft along y comes down on it by `step_m` a tick.

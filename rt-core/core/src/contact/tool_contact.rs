@@ -35,14 +35,14 @@ const NEAR_SKIN_M: f32 = 0.010;
 
 /// A sphere near a tool, ordered by depth, then by index, so that every run keeps the same spheres.
 #[derive(Debug, Clone, Copy)]
-struct Near {
+struct SphereByDepth {
     /// Overlap of the sphere with the tool's capsules before the solve, m. A capsule contains the
     /// part, so this is an upper bound.
     depth_m: f32,
     sphere: u32,
 }
 
-impl Ord for Near {
+impl Ord for SphereByDepth {
     fn cmp(&self, other: &Self) -> Ordering {
         // At equal depth, the lower index counts as deeper, because it was found first.
         let depth = self.depth_m.total_cmp(&other.depth_m);
@@ -50,25 +50,25 @@ impl Ord for Near {
     }
 }
 
-impl PartialOrd for Near {
+impl PartialOrd for SphereByDepth {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl PartialEq for Near {
+impl PartialEq for SphereByDepth {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other).is_eq()
     }
 }
 
-impl Eq for Near {}
+impl Eq for SphereByDepth {}
 
 /// Tissue near the tools, and the contacts with it.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ToolContacts {
     /// Spheres under a skin that are near a tool.
-    near: BinaryHeap<Near, Min, MAX_CONTACTS>,
+    near: BinaryHeap<SphereByDepth, Min, MAX_CONTACTS>,
     skin: SkinContacts,
     tubes: TubeContacts,
     constraints: ContactConstraints,
@@ -161,7 +161,7 @@ impl ToolContacts {
                 let deepest = near.filter_map(depth).fold(f32::MIN, f32::max);
                 if deepest > -NEAR_SKIN_M {
                     self.keep(
-                        Near {
+                        SphereByDepth {
                             depth_m: deepest,
                             sphere,
                         },
@@ -182,7 +182,7 @@ impl ToolContacts {
         });
     }
 
-    fn keep(&mut self, near: Near, faults: &mut FaultSet) {
+    fn keep(&mut self, near: SphereByDepth, faults: &mut FaultSet) {
         let Err(near) = self.near.push(near) else {
             return;
         };

@@ -34,8 +34,8 @@ pub(crate) fn felt(
     let mut stiffness_n_m = Matrix3::zeros();
     let mut grip_n_m = 0.0;
     let mut add_spring = |at_m: &Vec3, normal: &Vec3, k: f32| {
-        let way = force_at_handle(kinematics, world_from_handle, at_m, normal);
-        stiffness_n_m += way * way.transpose() * k;
+        let direction = force_at_handle(kinematics, world_from_handle, at_m, normal);
+        stiffness_n_m += direction * direction.transpose() * k;
     };
     let felt = |contact: &&ContactForce| contact.tool == Tool::Instrument;
     for contact in contacts.iter().filter(felt) {
@@ -52,8 +52,8 @@ pub(crate) fn felt(
         at_port += kinematics.wrench(&pull.at_m, &pull.force_n);
         for axis in [Vec3::x(), Vec3::y(), Vec3::z()] {
             add_spring(&pull.at_m, &axis, pull.stiffness_n_m);
-            let way = force_at_handle(kinematics, world_from_handle, &pull.at_m, &axis);
-            grip_n_m += way.norm_squared() * pull.grip_n_m;
+            let direction = force_at_handle(kinematics, world_from_handle, &pull.at_m, &axis);
+            grip_n_m += direction.norm_squared() * pull.grip_n_m;
         }
     }
     if !renders_torque {
@@ -201,9 +201,9 @@ mod tests {
         prop::collection::vec(any, 0..12).prop_map(|drawn| {
             let made = drawn
                 .into_iter()
-                .map(|(at, way, force_n, stiffness_n_m)| ContactForce {
+                .map(|(at, direction, force_n, stiffness_n_m)| ContactForce {
                     at_m: Vec3::new(0.0, 0.0, -0.1) + at,
-                    normal: math::unit(&way).unwrap_or_else(Vec3::z),
+                    normal: math::unit(&direction).unwrap_or_else(Vec3::z),
                     force_n,
                     stiffness_n_m,
                     ..contact(Vec3::zeros(), Vec3::z())
@@ -216,22 +216,22 @@ mod tests {
         /// A small motion of the hand changes the springs' force by no more than the stiffness
         /// predicts, and in some direction by at least 1/1.15 of the predicted change.
         #[test]
-        fn the_stiffness_is_that_of_the_stiffest_direction(all in contacts(), way in vector(1.0)) {
+        fn the_stiffness_is_that_of_the_stiffest_direction(all in contacts(), direction in vector(1.0)) {
             let stiffness = felt(&all, None).stiffness_n_m;
-            let answer = |way: &Vec3| {
+            let answer = |direction: &Vec3| {
                 let mut sum = Vec3::zeros();
                 for c in &all {
-                    let given = LEVER.displacement_at(&handle(), &c.at_m, way).dot(&c.normal);
-                    let wrench = LEVER.wrench(&c.at_m, &(c.normal * (given * c.stiffness_n_m)));
+                    let normal_travel = LEVER.displacement_at(&handle(), &c.at_m, direction).dot(&c.normal);
+                    let wrench = LEVER.wrench(&c.at_m, &(c.normal * (normal_travel * c.stiffness_n_m)));
                     let wrench = wrench.without_roll(&LEVER.axis(&handle()));
                     sum += LEVER.at_handle(&handle(), &wrench).force_n;
                 }
                 sum
             };
-            let way = math::unit(&way).unwrap_or_else(Vec3::x);
-            prop_assert!(math::norm(&answer(&way)) <= stiffness * 1.001 + 1.0e-3);
+            let direction = math::unit(&direction).unwrap_or_else(Vec3::x);
+            prop_assert!(math::norm(&answer(&direction)) <= stiffness * 1.001 + 1.0e-3);
             // Power iteration finds the stiffest direction.
-            let mut stiff = way;
+            let mut stiff = direction;
             for _ in 0..200 {
                 stiff = math::unit(&answer(&stiff)).unwrap_or(stiff);
             }
@@ -241,13 +241,13 @@ mod tests {
 
         /// The hand's work equals the contacts' work, in any direction of motion.
         #[test]
-        fn work_of_the_hand_equals_work_of_the_contacts(all in contacts(), way in vector(1.0)) {
+        fn work_of_the_hand_equals_work_of_the_contacts(all in contacts(), direction in vector(1.0)) {
             let felt = super::felt(&all, None, &LEVER, &handle(), false);
-            let taken: f32 = all.iter().map(|c| {
-                (c.normal * c.force_n).dot(&LEVER.displacement_at(&handle(), &c.at_m, &way))
+            let contact_work: f32 = all.iter().map(|c| {
+                (c.normal * c.force_n).dot(&LEVER.displacement_at(&handle(), &c.at_m, &direction))
             }).sum();
             let tolerance = 1.0e-5 * (1.0 + all.len() as f32);
-            prop_assert!((felt.wrench.force_n.dot(&way) - taken).abs() < tolerance);
+            prop_assert!((felt.wrench.force_n.dot(&direction) - contact_work).abs() < tolerance);
         }
 
         /// Force and stiffness are invariant under rotation of the room and reflection.
@@ -260,8 +260,8 @@ mod tests {
             }).collect();
             let at = Pose::from_parts(nalgebra::Translation::identity(), turn) * handle();
             let there = super::felt(&turned, None, &LEVER, &at, true);
-            let off = there.wrench.force_n - turn * here.wrench.force_n;
-            prop_assert!(math::norm(&off) < 1.0e-4, "{off}");
+            let difference_n = there.wrench.force_n - turn * here.wrench.force_n;
+            prop_assert!(math::norm(&difference_n) < 1.0e-4, "{difference_n}");
             prop_assert!((there.stiffness_n_m - here.stiffness_n_m).abs()
                 < 1.0e-3 * (1.0 + here.stiffness_n_m));
             let mirror = |v: &Vec3| Vec3::new(-v.x, v.y, v.z);

@@ -34,7 +34,7 @@ pub(crate) struct Proxy {
 
 impl Proxy {
     /// No displacement.
-    pub(crate) const AT_HAND: Self = Self {
+    pub(crate) const NONE: Self = Self {
         displacement_m: Vec3::new(0.0, 0.0, 0.0),
     };
 
@@ -74,9 +74,9 @@ mod tests {
 
     #[test]
     fn proxy_gives_way_and_comes_back_as_computed_by_hand() {
-        let mut proxy = Proxy::AT_HAND;
+        let mut proxy = Proxy::NONE;
         proxy.update(&Vec3::new(0.0, 0.0, 3.0), 200.0, 3.0);
-        assert_eq!(proxy, Proxy::AT_HAND);
+        assert_eq!(proxy, Proxy::NONE);
         // 0.2 N too much, 200 N/m: a quarter of 1 mm.
         proxy.update(&Vec3::new(0.0, 0.0, 3.2), 200.0, 3.0);
         assert!(math::norm(&(proxy.displacement_m - Vec3::z() * 0.000_25)) < 1.0e-8);
@@ -84,7 +84,7 @@ mod tests {
         proxy.update(&Vec3::new(0.0, 0.0, 2.9), 200.0, 3.0);
         assert!(math::norm(&(proxy.displacement_m - Vec3::z() * 0.000_125)) < 1.0e-8);
         proxy.update(&Vec3::zeros(), 0.0, 3.0);
-        assert_eq!(proxy, Proxy::AT_HAND);
+        assert_eq!(proxy, Proxy::NONE);
     }
 
     proptest! {
@@ -94,7 +94,7 @@ mod tests {
         fn proxy_is_continuous_and_comes_back(
             all in prop::collection::vec((vector(1.0e4), 0.0f32..1.0e6, 0.0f32..5.0), 0..200),
         ) {
-            let mut proxy = Proxy::AT_HAND;
+            let mut proxy = Proxy::NONE;
             for (force_n, stiffness_n_m, limit_n) in all {
                 let before = proxy;
                 proxy.update(&force_n, stiffness_n_m, limit_n);
@@ -105,7 +105,7 @@ mod tests {
             for _ in 0..60 {
                 proxy.update(&Vec3::zeros(), 0.0, 3.3);
             }
-            prop_assert_eq!(proxy, Proxy::AT_HAND);
+            prop_assert_eq!(proxy, Proxy::NONE);
         }
 
         /// On a spring of the stated stiffness, or a softer one, the force converges to the limit.
@@ -113,7 +113,7 @@ mod tests {
         fn the_force_comes_to_the_limit(
             depth_m in 0.0f32..0.03, stiffness in 60.0f32..1000.0, softer in 0.5f32..1.0,
         ) {
-            let mut proxy = Proxy::AT_HAND;
+            let mut proxy = Proxy::NONE;
             let force = |proxy: &Proxy| {
                 Vec3::z() * (stiffness * softer * (depth_m - proxy.displacement_m.z)).max(0.0)
             };

@@ -10,11 +10,11 @@
 //! cases.
 //!
 //! Near pairs are searched in a grid, a sixteenth of the spheres a tick. A list of pairs is
-//! complete after [`CYCLE`] ticks, and is used for the next `CYCLE` ticks. A pair of two organs is
-//! also used from the tick in which it is found. Spheres that approach by more than [`MARGIN_M`] in
-//! 16 ticks (0.2 m/s) are found late, by at most 16 ms. Spheres that have hardly moved since their
-//! last search are not searched again; a pair of two such spheres is kept. O(spheres that move ·
-//! spheres in cells within reach / 16 + pairs) a tick.
+//! complete after [`CYCLE_TICKS`] ticks, and is used for the next `CYCLE_TICKS` ticks. A pair of
+//! two organs is also used from the tick in which it is found. Spheres that approach by more than
+//! [`MARGIN_M`] in 16 ticks (0.2 m/s) are found late, by at most 16 ms. Spheres that have hardly
+//! moved since their last search are not searched again; a pair of two such spheres is kept.
+//! O(spheres that move · spheres in cells within reach / 16 + pairs) a tick.
 
 use heapless::Vec;
 
@@ -28,7 +28,7 @@ use crate::tissue::per_sphere::PerSphere;
 
 /// Number of ticks within which every sphere is searched once. With a larger number, a tick costs
 /// less, but fast spheres are found later.
-const CYCLE: u32 = 16;
+const CYCLE_TICKS: u32 = 16;
 /// Largest gap of a listed pair, m. A larger value finds faster spheres in time, but lists more
 /// pairs.
 const MARGIN_M: f32 = 0.003;
@@ -172,7 +172,7 @@ impl Pairs {
                 .build(bodies, &self.outer, |sphere| *reach_m.at(sphere));
         }
         let share = self.outer.iter().skip(self.phase as usize);
-        for a in share.step_by(CYCLE as usize).map(|&a| u32::from(a)) {
+        for a in share.step_by(CYCLE_TICKS as usize).map(|&a| u32::from(a)) {
             if *self.is_still.at(a) {
                 continue;
             }
@@ -204,7 +204,7 @@ impl Pairs {
                 }
             }
         }
-        self.phase = (self.phase + 1) % CYCLE;
+        self.phase = (self.phase + 1) % CYCLE_TICKS;
     }
 
     /// The near pairs in use; a pair may be listed twice.
@@ -265,7 +265,7 @@ mod tests {
             bodies.nodes.at_mut(*i).move_by(u);
         }
         let mut faults = FaultSet::NONE;
-        for _ in 0..=CYCLE {
+        for _ in 0..=CYCLE_TICKS {
             pairs.find(&bodies, &mut faults);
         }
         (pairs, bodies)
@@ -288,7 +288,7 @@ mod tests {
         assert_eq!(listed(&pairs), [(0, 1)]);
         let mut after = |sphere: u32, travel_m: f32| {
             bodies.nodes.at_mut(sphere).move_by(&(Vec3::x() * travel_m));
-            for _ in 0..3 * CYCLE {
+            for _ in 0..3 * CYCLE_TICKS {
                 let mut faults = FaultSet::NONE;
                 pairs.find(&bodies, &mut faults);
             }

@@ -43,7 +43,7 @@ const PERSISTENCE_SHARE: f32 = 0.6;
 
 /// A finding about an organ.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Finding {
+pub(crate) enum UnrestKind {
     /// Distance of the organ's middle from its place, m.
     Falls(f32),
     /// Speed of its fastest sphere, m/s.
@@ -88,7 +88,7 @@ impl OrganWatch {
         is_shaking: false,
     };
 
-    fn falls(&mut self, bounds: &Bounds) -> Option<Finding> {
+    fn falls(&mut self, bounds: &Bounds) -> Option<UnrestKind> {
         let displacement_m = math::norm(&(middle(bounds) - self.place_m));
         let is_displaced = displacement_m > self.displacement_max_m && self.disturbed_ticks == 0;
         self.displaced_ticks = if is_displaced {
@@ -102,10 +102,10 @@ impl OrganWatch {
             return None;
         }
         self.has_fallen = true;
-        Some(Finding::Falls(displacement_m))
+        Some(UnrestKind::Falls(displacement_m))
     }
 
-    fn shakes(&mut self, speed_min_m_s: f32) -> Option<Finding> {
+    fn shakes(&mut self, speed_min_m_s: f32) -> Option<UnrestKind> {
         if self.disturbed_ticks > 0 || self.has_fallen {
             (self.window_ticks, self.windows) = (0, 0);
             (self.peak_m_s, self.last_peak_m_s) = (0.0, 0.0);
@@ -130,7 +130,7 @@ impl OrganWatch {
         (self.last_peak_m_s, self.peak_m_s, self.window_ticks) = (peak_m_s, 0.0, 0);
         let must_report = self.windows >= WINDOWS && !self.is_shaking;
         self.is_shaking = moves && (self.is_shaking || must_report);
-        must_report.then_some(Finding::Shakes(peak_m_s))
+        must_report.then_some(UnrestKind::Shakes(peak_m_s))
     }
 }
 
@@ -290,7 +290,7 @@ impl Unrest {
         hand_m_s: f32,
         bounds: &[Bounds],
         fastest: impl Fn(usize) -> Option<u32>,
-        mut report: impl FnMut(u32, Vec3, Finding),
+        mut report: impl FnMut(u32, Vec3, UnrestKind),
     ) {
         let (speed_min_m_s, organs) = (self.touched_speed_min_m_s(), &mut self.organs);
         let found = |organ: usize, peak_m_s: f32| {
@@ -302,7 +302,7 @@ impl Unrest {
                 return;
             }
             watched.is_shaking = true;
-            report(organ as u32, middle(bounds), Finding::Shakes(peak_m_s));
+            report(organ as u32, middle(bounds), UnrestKind::Shakes(peak_m_s));
         };
         self.shaking
             .end_tick(hand_m_s, speed_min_m_s, fastest, found);
@@ -312,7 +312,7 @@ impl Unrest {
     pub(crate) fn end_tick(
         &mut self,
         bounds: &[Bounds],
-        mut report: impl FnMut(u32, Vec3, Finding),
+        mut report: impl FnMut(u32, Vec3, UnrestKind),
     ) {
         let speed_min_m_s = SHAKE_SPEED_M_S + self.breath_m_s;
         for ((organ, watched), bounds) in (0u32..).zip(&mut self.organs).zip(bounds) {
@@ -364,7 +364,7 @@ mod tests {
         unrest: &mut Unrest,
         ticks: u32,
         mut course: impl FnMut(&mut Unrest, u32) -> (Bounds, f32),
-    ) -> Vec<(u32, Finding), 8> {
+    ) -> Vec<(u32, UnrestKind), 8> {
         let mut reported = Vec::new();
         for tick in 0..ticks {
             let (bounds, speed_m_s) = course(unrest, tick);
@@ -384,7 +384,7 @@ mod tests {
         };
         let reported = run(&mut at_rest(), 10_000, fall);
         assert!(
-            matches!(reported[..], [(300..600, Finding::Falls(m))] if m > 0.17),
+            matches!(reported[..], [(300..600, UnrestKind::Falls(m))] if m > 0.17),
             "{reported:?}"
         );
         let swings =
@@ -409,7 +409,7 @@ mod tests {
         let shakes = |_: &mut Unrest, _| (BALL, 0.02);
         let mut unrest = at_rest();
         let reported = run(&mut unrest, 60_000, shakes);
-        assert_eq!(reported[..], [(5_999, Finding::Shakes(0.02))]);
+        assert_eq!(reported[..], [(5_999, UnrestKind::Shakes(0.02))]);
         assert_eq!(run(&mut unrest, 4_000, |_, _| (BALL, 0.0)), []);
         assert_eq!(run(&mut unrest, 20_000, shakes).len(), 1);
     }

@@ -176,15 +176,15 @@ mod tests {
             volume_m3: 1.0e-6,
         };
         let tetrahedra: Vec<Tetra> = tetrahedra.iter().map(carry).collect();
-        let mut made = Vec::new();
-        batches(&tetrahedra, &grid(), |batch| made.push(batch))?;
-        Ok(made)
+        let mut packed = Vec::new();
+        batches(&tetrahedra, &grid(), |batch| packed.push(batch))?;
+        Ok(packed)
     }
 
     #[test]
     fn tetrahedra_that_share_a_sphere_are_kept_apart() {
-        let made = pack(&[[0, 1, 3, 9], [4, 5, 7, 13], [1, 2, 4, 10]]).unwrap();
-        let corners: Vec<Vec<[u32; 4]>> = made.iter().map(|b| b.corners().collect()).collect();
+        let packed = pack(&[[0, 1, 3, 9], [4, 5, 7, 13], [1, 2, 4, 10]]).unwrap();
+        let corners: Vec<Vec<[u32; 4]>> = packed.iter().map(|b| b.corners().collect()).collect();
         assert_eq!(corners.len(), 2);
         assert_eq!(corners[0], [[0, 1, 3, 9], [4, 5, 7, 13]]);
         assert_eq!(corners[1], [[1, 2, 4, 10]]);
@@ -192,8 +192,8 @@ mod tests {
 
     #[test]
     fn gradients_are_those_of_the_shape_functions() {
-        let made = pack(&[[0, 1, 3, 9]]).unwrap();
-        for (corner, gradient) in made[0].gradients_per_m.iter().enumerate() {
+        let packed = pack(&[[0, 1, 3, 9]]).unwrap();
+        for (corner, gradient) in packed[0].gradients_per_m.iter().enumerate() {
             for (axis, lanes) in gradient.iter().enumerate() {
                 let expected = if axis == corner { 100.0 } else { 0.0 };
                 assert!((lanes[0] - expected).abs() < 1.0e-3);

@@ -140,8 +140,8 @@ mod tests {
         assert_eq!(sums, Sums::of(&nodes, &bits));
         for i in 0..40 {
             let mut moved = nodes;
-            let there_m = moved[i].moved_m() + Vec3::z() * 1.0e-9;
-            moved[i].put(&there_m, &Vec3::zeros());
+            let moved_place_m = moved[i].moved_m() + Vec3::z() * 1.0e-9;
+            moved[i].put(&moved_place_m, &Vec3::zeros());
             assert_ne!(sums, Sums::of(&moved, &bits), "sphere {i} is elsewhere");
             let mut burnt = bits;
             burnt[i].0 ^= 1;

@@ -157,7 +157,7 @@ impl<'a> Sim<'a> {
             },
             inputs: Inputs::of(&device),
             tool: ToolState::new(room.instrument_port_m, room.world_from_camera),
-            proxy: Proxy::AT_HAND,
+            proxy: Proxy::NONE,
             drive: JawDrive::new(device.opening),
             bounds: [Bounds::EMPTY; MAX_ORGANS],
             contacts: ToolContacts::default(),
@@ -262,7 +262,7 @@ impl<'a> Sim<'a> {
         self.release_tissue();
         self.contacts.clear();
         self.sleep = Sleep::AWAKE;
-        self.proxy = Proxy::AT_HAND;
+        self.proxy = Proxy::NONE;
         self.cautery = Cautery::default();
         self.clips = Clips::default();
         self.state.vessels.reset();

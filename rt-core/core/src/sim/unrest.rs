@@ -2,7 +2,7 @@
 
 use crate::math;
 use crate::port::Buttons;
-use crate::procedure::unrest::Finding;
+use crate::procedure::unrest::UnrestKind;
 use crate::sim::{Sim, WAKE_GAP_M};
 use crate::words::{Event, EventKind};
 
@@ -62,8 +62,8 @@ impl Sim<'_> {
         let (bounds, journal) = (&self.bounds, &mut self.journal);
         let mut report = |organ: u32, at_m, found| {
             let (kind, value) = match found {
-                Finding::Falls(distance_m) => (EventKind::Fall, distance_m),
-                Finding::Shakes(speed_m_s) => (EventKind::Shake, speed_m_s),
+                UnrestKind::Falls(distance_m) => (EventKind::Fall, distance_m),
+                UnrestKind::Shakes(speed_m_s) => (EventKind::Shake, speed_m_s),
             };
             // These events come last, so that they displace no events of the operation.
             if journal.has_room() && (organ as usize) < organs.len() {

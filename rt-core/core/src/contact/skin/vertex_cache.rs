@@ -6,7 +6,7 @@ use crate::tissue::Bodies;
 use crate::tissue::lanes::Lanes;
 
 /// Rows of the cache. More rows cost memory and evict fewer vertices.
-const SIZE: usize = 1024;
+const ROWS: usize = 1024;
 
 /// Position and normal of a vertex in one tick.
 #[derive(Debug, Clone, Copy)]
@@ -34,14 +34,14 @@ const EMPTY: CachedVertex = CachedVertex {
 /// empty row 0 counts as a hit: vertex 0 would lie at the origin.
 #[derive(Debug, Clone)]
 pub(crate) struct VertexCache {
-    rows: [CachedVertex; SIZE],
+    rows: [CachedVertex; ROWS],
     tick: u32,
 }
 
 impl Default for VertexCache {
     fn default() -> Self {
         Self {
-            rows: [EMPTY; SIZE],
+            rows: [EMPTY; ROWS],
             tick: 0,
         }
     }
@@ -59,7 +59,7 @@ impl VertexCache {
 
     #[inline(always)]
     fn row(&mut self, index: u16) -> &mut CachedVertex {
-        &mut self.rows[usize::from(index) & (SIZE - 1)]
+        &mut self.rows[usize::from(index) & (ROWS - 1)]
     }
 
     /// Position of a vertex, world frame, m. [`VertexCache::begin`] must have been called in this

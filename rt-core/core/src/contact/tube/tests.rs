@@ -47,12 +47,12 @@ impl Duct {
             })
             .collect();
         let mut links = List::new();
-        for (apart, compliance_m_n) in [(1, 1.0e-3), (2, 5.0e-3)] {
-            for a in 0..SPHERES - apart {
+        for (distance, compliance_m_n) in [(1, 1.0e-3), (2, 5.0e-3)] {
+            for a in 0..SPHERES - distance {
                 links.push(Link {
                     a,
-                    b: a + apart,
-                    rest_length_m: apart as f32 * SPACING_M,
+                    b: a + distance,
+                    rest_length_m: distance as f32 * SPACING_M,
                     compliance_m_n,
                 });
             }
@@ -192,19 +192,21 @@ struct Crossing {
 /// Returns whether the hook was felt, and whether at the end it pushes the duct ahead. `None` if
 /// the hook would end off the duct.
 fn crossed(it: &Crossing) -> Option<[bool; 2]> {
-    let way = Vec3::new(0.0, it.turn.cos(), it.turn.sin());
+    let direction = Vec3::new(0.0, it.turn.cos(), it.turn.sin());
     let across = Vec3::new(it.tilt, -it.turn.sin(), it.turn.cos()).normalize();
-    let step_m = (way + Vec3::x() * it.along) * (it.speed_m_s * 1.0e-3);
+    let step_m = (direction + Vec3::x() * it.along) * (it.speed_m_s * 1.0e-3);
     let ticks = (0.020 / (it.speed_m_s * 1.0e-3)) as u16;
-    let from_m = Vec3::x() * it.place_m - way * 0.010 - step_m * it.start;
+    let from_m = Vec3::x() * it.place_m - direction * 0.010 - step_m * it.start;
     let at_m = |t: u16| from_m + step_m * f32::from(t.min(ticks));
     if at_m(ticks).x.abs() >= 0.010 {
         return None; // between the held ends
     }
     let felt = Duct::new().meet((0..ticks + 60).map(|t| hook(at_m(t), across * 0.005)));
-    let is_felt = felt.iter().any(|(force_n, _)| force_n.dot(&way) < 0.0);
+    let is_felt = felt
+        .iter()
+        .any(|(force_n, _)| force_n.dot(&direction) < 0.0);
     let (force_n, middle_m) = felt.last()?;
-    let is_pushed = force_n.dot(&way) < 0.0 && middle_m.dot(&way) > 0.001;
+    let is_pushed = force_n.dot(&direction) < 0.0 && middle_m.dot(&direction) > 0.001;
     Some([is_felt, is_pushed])
 }
 

@@ -154,16 +154,20 @@ impl Dose {
 /// Lower bound of the distance between two segments, m: the largest gap of their bounding boxes
 /// along an axis. Negative if the boxes overlap.
 fn box_distance_m([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> f32 {
-    let own = a.inf(b) - c.sup(d);
-    let other = c.inf(d) - a.sup(b);
-    own.sup(&other).max()
+    let first = a.inf(b) - c.sup(d);
+    let second = c.inf(d) - a.sup(b);
+    first.sup(&second).max()
 }
 
 /// Distance between two segments, m. Either may be a point.
 fn distance_m([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> f32 {
-    let (own, other, between) = (b - a, d - c, a - c);
-    let (own2, other2) = (own.norm_squared(), other.norm_squared());
-    let (along, on_own, on_other) = (own.dot(&other), own.dot(&between), other.dot(&between));
+    let (first, second, between) = (b - a, d - c, a - c);
+    let (first2, second2) = (first.norm_squared(), second.norm_squared());
+    let (product, on_first, on_second) = (
+        first.dot(&second),
+        first.dot(&between),
+        second.dot(&between),
+    );
     let share = |numerator: f32, denominator: f32| {
         let share = numerator / denominator;
         if denominator > 0.0 {
@@ -175,12 +179,12 @@ fn distance_m([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> f32 {
     // First the point of the first line nearest to the second line. Then the point of the second
     // segment nearest to this point. Then the point of the first segment nearest to that point.
     let s = share(
-        along * on_other - on_own * other2,
-        own2 * other2 - along * along,
+        product * on_second - on_first * second2,
+        first2 * second2 - product * product,
     );
-    let t = share(on_other + s * along, other2);
-    let s = share(t * along - on_own, own2);
-    math::norm(&(between + own * s - other * t))
+    let t = share(on_second + s * product, second2);
+    let s = share(t * product - on_first, first2);
+    math::norm(&(between + first * s - second * t))
 }
 
 #[cfg(test)]
@@ -205,7 +209,7 @@ mod tests {
     }
 
     /// Electrode of a tool whose pedal does not lead a needle.
-    fn fed(tool: &ToolState) -> Option<Electrode> {
+    fn electrode_of(tool: &ToolState) -> Option<Electrode> {
         Electrode::of(tool, tool.switches.pedal)
     }
 
@@ -216,26 +220,26 @@ mod tests {
             (Instrument::Hook, false, false),
             (Instrument::Hook, true, true),
         ] {
-            assert_eq!(fed(&hook(instrument, cut, coagulate)), None);
+            assert_eq!(electrode_of(&hook(instrument, cut, coagulate)), None);
         }
         let mut tool = hook(Instrument::Hook, true, false);
-        let electrode = fed(&tool).expect("current");
+        let electrode = electrode_of(&tool).expect("current");
         // The bend lies 12 mm beyond the joint, and its end 4 mm to the side.
         assert!(electrode.touches_ball(&Vec3::new(0.0, -0.004, -0.0135), 0.000_8) >= 1.0);
         assert!(electrode.touches_ball(&Vec3::new(0.0, 0.0, -0.006), 0.003) <= 0.0);
         tool.switches.paused = true;
-        assert_eq!(fed(&tool), None);
+        assert_eq!(electrode_of(&tool), None);
     }
 
     #[test]
     fn shares_sum_to_the_power_and_cutting_divides_more_than_it_dries() {
         let dose = |cut| {
-            let electrode = fed(&hook(Instrument::Hook, cut, !cut));
+            let electrode = electrode_of(&hook(Instrument::Hook, cut, !cut));
             electrode.and_then(|it| it.dose(2.0e-6)).expect("current")
         };
         for cut in [true, false] {
-            let whole_j = dose(cut).total_j_m2() * 2.0e-6;
-            assert!((whole_j - POWER_W * HEAT_SHARE * TICK_S).abs() < 1.0e-7);
+            let total_j = dose(cut).total_j_m2() * 2.0e-6;
+            assert!((total_j - POWER_W * HEAT_SHARE * TICK_S).abs() < 1.0e-7);
         }
         assert!(dose(true).dividing_j_m2 > dose(true).drying_j_m2);
         assert!(dose(false).dividing_j_m2 < dose(false).drying_j_m2);
@@ -277,7 +281,7 @@ mod tests {
 
         #[test]
         fn electrode_survives_any_input(points in prop::array::uniform2(any::<[f32; 3]>()), m2 in any::<f32>()) {
-            let electrode = fed(&hook(Instrument::Hook, true, false)).expect("current");
+            let electrode = electrode_of(&hook(Instrument::Hook, true, false)).expect("current");
             let share = electrode.touches_bar(&points.map(Vec3::from), 0.001);
             prop_assert!((0.0..=1.0).contains(&share));
             let boiled_share = electrode.dose(m2).map_or(0.0, |dose| dose.boiled_share());

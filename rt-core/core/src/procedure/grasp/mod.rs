@@ -24,8 +24,8 @@ use bite::{Bite, GRIP_N_M, crush_pressure_pa};
 
 /// Distance from the line between joint and tip of the jaws within which spheres are grasped, m. It
 /// allows for spheres that lie up to a few mm under the visible skin.
-const REACH_M: f32 = 0.005;
-/// Distance beyond `REACH_M` at which a grasped sphere counts as slid out, m.
+const GRASP_RADIUS_M: f32 = 0.005;
+/// Distance beyond `GRASP_RADIUS_M` at which a grasped sphere counts as slid out, m.
 const RELEASE_MARGIN_M: f32 = 0.001;
 /// Share of the grip that a sphere loses in a tick after it has slid out: it is free after 0.2 s. A
 /// larger share ends the pull more abruptly.
@@ -64,7 +64,7 @@ pub(crate) struct Grasp {
     /// Organs that this grip has crushed.
     crushed: [bool; MAX_ORGANS],
     /// Distance slid since the last report, mean over the spheres, m.
-    slid_m: f32,
+    slip_m: f32,
 }
 
 /// State of the jaws.
@@ -155,7 +155,7 @@ impl Grasp {
             let radius_m = *bodies.radius_m.at(i);
             let node = bodies.nodes.at(i);
             let center = node.center_m();
-            let is_between = meets(&center, radius_m, &joint_m, &tip_m, REACH_M);
+            let is_between = meets(&center, radius_m, &joint_m, &tip_m, GRASP_RADIUS_M);
             let is_removed = bodies.bits.at(i).contains(SphereBits::REMOVED);
             if !is_between
                 || is_removed
@@ -232,7 +232,13 @@ impl Grasp {
             let radius_m = *bodies.radius_m.at(grasped.sphere);
             let at_m = &grasped.in_instrument_m;
             if grasped.share < 1.0
-                || !meets(at_m, radius_m, &joint_m, &tip_m, REACH_M + RELEASE_MARGIN_M)
+                || !meets(
+                    at_m,
+                    radius_m,
+                    &joint_m,
+                    &tip_m,
+                    GRASP_RADIUS_M + RELEASE_MARGIN_M,
+                )
             {
                 grasped.share -= RELEASE_STEP;
             }
@@ -245,9 +251,9 @@ impl Grasp {
             }
             stays
         });
-        let slipped = self.slid_m > SLIP_M;
+        let slipped = self.slip_m > SLIP_M;
         if slipped {
-            self.slid_m = 0.0;
+            self.slip_m = 0.0;
         }
         slipped
     }
@@ -300,8 +306,8 @@ impl Grasp {
         let instrument_from_world = world_from_instrument.inverse();
         let mut pull_n = Vec3::zeros(); // of this substep, as a share of the tick's
         for grasped in &mut self.grasped {
-            let own = *bodies.organ.at(grasped.sphere);
-            if organ.is_some_and(|organ| organ != own) {
+            let organ_index = *bodies.organ.at(grasped.sphere);
+            if organ.is_some_and(|organ| organ != organ_index) {
                 continue;
             }
             let end_m = world_from_instrument.rotation * grasped.in_instrument_m
@@ -324,12 +330,12 @@ impl Grasp {
                     grasped.in_instrument_m = (instrument_from_world
                         * nalgebra::Point3::from(grasped.last_target_m))
                     .coords;
-                    self.slid_m +=
+                    self.slip_m +=
                         math::norm(&extension_m) * (1.0 - force_share) * self.sphere_share;
                 }
             }
             node.move_by(&(force_n * compliance_m_n));
-            pull_n -= force_n * (scene.step_s_of(own) / TICK_S);
+            pull_n -= force_n * (scene.step_s_of(organ_index) / TICK_S);
         }
         self.pull_sum_n += pull_n;
         if organ.is_none() {

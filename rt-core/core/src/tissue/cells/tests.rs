@@ -113,8 +113,8 @@ fn loaded(scene: &Scene<'_>) -> Box<Bodies> {
 fn outcome(bodies: &Bodies, scene: &Scene<'_>) -> List<u32> {
     let mut all = List::new();
     for i in 0..scene.layers.cells.len() as u16 {
-        let there = bodies.cells.is_present(i);
-        all.push(u32::from(there) + 2 * u32::from(there && bodies.cells.is_exposed(i)));
+        let present = bodies.cells.is_present(i);
+        all.push(u32::from(present) + 2 * u32::from(present && bodies.cells.is_exposed(i)));
     }
     for i in 0..SPHERES {
         all.push(bodies.cells.remaining_share(i).to_bits());
@@ -128,7 +128,7 @@ fn outcome(bodies: &Bodies, scene: &Scene<'_>) -> List<u32> {
 
 /// Asserts that exposure, volumes and flags agree with the set of removed cells.
 fn check(bodies: &Bodies, scene: &Scene<'_>) {
-    let mut left = [0u64; SPHERES as usize];
+    let mut remaining = [0u64; SPHERES as usize];
     for (i, cell) in (0u16..).zip(scene.layers.cells) {
         let place = usize::from(i);
         let heat_j = bodies.cells.heat_j[place];
@@ -137,19 +137,19 @@ fn check(bodies: &Bodies, scene: &Scene<'_>) {
             let open = |n: &u16| *n == NO_CELL || !bodies.cells.is_present(*n);
             let exposed = cell.neighbours.iter().any(open);
             assert_eq!(bodies.cells.is_exposed(i), exposed, "{i}");
-            left[cell.sphere() as usize] += u64::from(volume_units(cell));
+            remaining[cell.sphere() as usize] += u64::from(volume_units(cell));
         }
     }
-    for (i, left) in (0u32..).zip(left) {
+    for (i, remaining) in (0u32..).zip(remaining) {
         assert_eq!(
             u64::from(*bodies.cells.remaining_units.at(i)),
-            left,
+            remaining,
             "sphere {i}"
         );
         let removed = bodies.bits.at(i).contains(SphereBits::REMOVED);
         assert_eq!(
             removed,
-            left == 0 && bodies.cells.has_cells(i),
+            remaining == 0 && bodies.cells.has_cells(i),
             "sphere {i}"
         );
     }
@@ -252,7 +252,7 @@ fn sphere_without_cells_moves_with_its_neighbours() {
     let block = Block::new();
     let scene = block.scene();
     let mut bodies = loaded(&scene);
-    let away = Vec3::new(0.001, 0.002, -0.003);
+    let target_m = Vec3::new(0.001, 0.002, -0.003);
     bodies.move_spheres_without_cells(&scene);
     for (index, _) in (0u16..)
         .zip(&block.cells)
@@ -261,15 +261,19 @@ fn sphere_without_cells_moves_with_its_neighbours() {
         assert!(bodies.remove_cell(index, &scene).is_some());
     }
     for sphere in [2, 4] {
-        bodies.nodes.at_mut(sphere).put(&away, &Vec3::zeros());
+        bodies.nodes.at_mut(sphere).put(&target_m, &Vec3::zeros());
     }
     bodies.nodes.at_mut(3).put(&Vec3::y(), &-Vec3::y());
     for _ in 0..100 {
         bodies.move_spheres_without_cells(&scene);
     }
-    let off_m = |sphere: u32| crate::math::norm(&(bodies.nodes.at(sphere).moved_m() - away));
-    assert!(off_m(3) < 1.0e-6, "{}", off_m(3));
-    assert!(off_m(2) <= 0.0 && off_m(4) <= 0.0, "nobody follows it");
+    let distance_m =
+        |sphere: u32| crate::math::norm(&(bodies.nodes.at(sphere).moved_m() - target_m));
+    assert!(distance_m(3) < 1.0e-6, "{}", distance_m(3));
+    assert!(
+        distance_m(2) <= 0.0 && distance_m(4) <= 0.0,
+        "nobody follows it"
+    );
     assert!(crate::math::norm(&bodies.nodes.at(3).velocity_m_s()) <= 0.0);
 }
 
@@ -285,13 +289,13 @@ proptest! {
         let block = Block::new();
         let scene = block.scene();
         let mut bodies = loaded(&scene);
-        let whole = outcome(&bodies, &scene);
+        let initial = outcome(&bodies, &scene);
         for cell in &order[..taken] {
             prop_assert!(bodies.remove_cell(*cell, &scene).is_some());
         }
         let first = outcome(&bodies, &scene);
         bodies.reset(&scene);
-        prop_assert_eq!(outcome(&bodies, &scene), whole);
+        prop_assert_eq!(outcome(&bodies, &scene), initial);
         let mut sorted = order[..taken].to_vec();
         sorted.sort_unstable();
         for cell in sorted {

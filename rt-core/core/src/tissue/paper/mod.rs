@@ -112,15 +112,15 @@ fn project_laplacian(organ: &Organ, spheres: &mut PerSphere<PaperSphere>, adjace
         return;
     }
     for i in organ.sphere_start..organ.sphere_start.saturating_add(organ.sphere_count) {
-        let own = *spheres.at(i);
-        if own.weight() <= 0.0 {
+        let sphere = *spheres.at(i);
+        if sphere.weight() <= 0.0 {
             continue;
         }
         let linked = adjacency.of(i);
         let moved = |&n: &u16| spheres.at(u32::from(n)).moved_m;
         let sum = linked.iter().map(moved).fold(Lanes::ZERO, Lanes::add);
-        let step = laplacian(own.moved_m, sum, linked.len(), stiffness);
-        spheres.at_mut(i).moved_m = own.moved_m + step;
+        let step = laplacian(sphere.moved_m, sum, linked.len(), stiffness);
+        spheres.at_mut(i).moved_m = sphere.moved_m + step;
     }
 }
 
@@ -150,7 +150,7 @@ mod tests {
         let mut bodies = Box::new(Bodies::new());
         let mut paper = Box::new(Paper::new(1));
         // Amount by which one projection shortens a link that is 4 mm too long, m.
-        let mut taken_m = |damage: f32| {
+        let mut shortening_m = |damage: f32| {
             bodies.load(&scene);
             bodies.begin(&scene, true);
             damage_all(&scene, &mut bodies, spare_none, |_| (), |_, _| damage);
@@ -158,8 +158,8 @@ mod tests {
             paper.project(&scene, &organs[0], 0.001, &mut bodies);
             0.004 - bodies.nodes.at(1).from(bodies.nodes.at(0)).vec3().x + 0.02
         };
-        assert!((taken_m(0.0) - 0.004).abs() < 1.0e-7);
-        assert!((taken_m(0.5) - 0.004 / 3.0).abs() < 1.0e-7);
-        assert!(taken_m(1.0).abs() < 1.0e-7);
+        assert!((shortening_m(0.0) - 0.004).abs() < 1.0e-7);
+        assert!((shortening_m(0.5) - 0.004 / 3.0).abs() < 1.0e-7);
+        assert!(shortening_m(1.0).abs() < 1.0e-7);
     }
 }
