@@ -60,24 +60,6 @@ impl<'a> Lie<'a> {
         worst
     }
 
-    pub(super) fn trace(&self, before: &Self) -> String {
-        let mut text = String::new();
-        for (number, organ) in self.scene.organs().iter().enumerate() {
-            let mut worst = (0.0, Vec3::ZERO, 0);
-            let mut sum = Vec3::ZERO;
-            let mut n = 0;
-            for (i, o) in self.organ.iter().enumerate() {
-                if *o != number { continue; }
-                let way = self.places_m[i] - before.places_m[i];
-                sum += way; n += 1;
-                if way.length() > worst.0 { worst = (way.length(), way, i); }
-            }
-            text += &format!("{:?}: mean {:.2} mm, most {:.2} {:?} sphere {}; ", number, (sum / n as f32 * 1e3).length(), worst.0 * 1e3, (worst.1 * 1e4).round() * 0.1, worst.2);
-            let _ = organ;
-        }
-        text
-    }
-
     /// Largest growth of an attachment since `before`, m. An attachment that tore counts too.
     pub(super) fn loosened_m(&self, before: &Self) -> Worst {
         let mut worst = Worst::default();

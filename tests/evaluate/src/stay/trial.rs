@@ -184,20 +184,7 @@ fn worked(
     let mut hand = SeededHand::new(rehearsal, manner, LOOK_EVERY, &mut see);
     hand.wait(LOAD_TICKS);
     let before = Lie::new(scene, &newest.borrow());
-    if std::env::var_os("STAY_TRACE").is_some() {
-        hand.wait(3000);
-        let now = Lie::new(scene, &newest.borrow());
-        eprintln!("loaded 5 s: {:?}", now.moved_m(&before));
-        eprintln!("{}", now.trace(&before));
-    }
     work.act(&mut hand, at, seeded);
-    if std::env::var_os("STAY_TRACE").is_some() {
-        for s in 0..8 {
-            let now = Lie::new(scene, &newest.borrow());
-            eprintln!("{s} {}", now.trace(&before));
-            hand.wait(1000);
-        }
-    }
     hand.wait(REST_TICKS - LOOK_TICKS);
     watch.borrow_mut().is_looking = true;
     hand.wait(LOOK_TICKS);
