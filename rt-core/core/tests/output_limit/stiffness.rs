@@ -53,17 +53,17 @@ fn new_contact_takes_no_force_from_a_hand_that_goes_deeper() {
         };
         apply(&mut limit, &demand).0
     };
-    let way = |tick: i32| tick as f32 * 1.0e-6;
-    let goes_in: Vec<f32> = (0..6400).map(way).map(&mut at).collect();
-    let goes_out: Vec<f32> = (0..6400).rev().map(way).map(&mut at).collect();
+    let path = |tick: i32| tick as f32 * 1.0e-6;
+    let entering_n: Vec<f32> = (0..6400).map(path).map(&mut at).collect();
+    let leaving_n: Vec<f32> = (0..6400).rev().map(path).map(&mut at).collect();
     let rises = |(a, b): (&f32, &f32)| b >= &(a - 1.0e-5);
-    assert!(goes_in.iter().zip(&goes_in[1..]).all(rises));
-    assert!(goes_out[1..].iter().zip(&goes_out).all(rises));
+    assert!(entering_n.iter().zip(&entering_n[1..]).all(rises));
+    assert!(leaving_n[1..].iter().zip(&leaving_n).all(rises));
     // The felt stiffness is half a newton a millimetre while only the first part touches.
     assert!(
-        (goes_in[900] - 500.0 * way(900)).abs() < 0.02,
+        (entering_n[900] - 500.0 * path(900)).abs() < 0.02,
         "{}",
-        goes_in[900]
+        entering_n[900]
     );
 }
 
@@ -152,10 +152,10 @@ fn contact_after_a_cut_begins_with_its_own_share() {
             let forces: Vec<f32> = (0..500)
                 .map(|_| apply(&mut limit, &with(after_n_m)).0)
                 .collect();
-            let most = forces.iter().copied().fold(0.0, f32::max);
+            let force_max_n = forces.iter().copied().fold(0.0, f32::max);
             assert!(
-                most < 0.5 * share + 1.0e-4 && near(forces[499], 0.5 * share),
-                "{before_n_m} to {after_n_m} N/m, cut {number}: {most} {}",
+                force_max_n < 0.5 * share + 1.0e-4 && near(forces[499], 0.5 * share),
+                "{before_n_m} to {after_n_m} N/m, cut {number}: {force_max_n} {}",
                 forces[499]
             );
         }

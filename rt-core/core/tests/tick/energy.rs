@@ -138,9 +138,9 @@ proptest! {
             let mut bench = Bench::new();
             let mut sent = Vec::new();
             let pulled = BITTEN + Vec3::new(0.004, 0.002, 0.008);
-            let way = [(AWAY, BITTEN, NONE), (BITTEN, BITTEN, Buttons::GRASP),
+            let path = [(AWAY, BITTEN, NONE), (BITTEN, BITTEN, Buttons::GRASP),
                 (BITTEN, pulled, Buttons::GRASP)];
-            for (from, to, buttons) in way {
+            for (from, to, buttons) in path {
                 for t in 0..300 {
                     bench.next_at(&(from + (to - from) * (t as f32 / 300.0)), buttons);
                     sim.tick(&mut bench);
@@ -150,10 +150,10 @@ proptest! {
             sent
         };
         let (here, there) = (sent_forces(&pad()), sent_forces(&pad().turned(turn)));
-        let most_n = here.iter().map(norm).fold(0.0, f32::max);
-        let off_n = here.iter().zip(&there).map(|(a, b)| norm(&(a - b))).fold(0.0, f32::max);
-        prop_assert!(most_n > 0.1, "{}", most_n);
+        let force_max_n = here.iter().map(norm).fold(0.0, f32::max);
+        let difference_n = here.iter().zip(&there).map(|(a, b)| norm(&(a - b))).fold(0.0, f32::max);
+        prop_assert!(force_max_n > 0.1, "{}", force_max_n);
         // Spheres may begin to touch one tick earlier or later.
-        prop_assert!(off_n < 0.03 * most_n, "{} of {} N", off_n, most_n);
+        prop_assert!(difference_n < 0.03 * force_max_n, "{} of {} N", difference_n, force_max_n);
     }
 }

@@ -143,14 +143,14 @@ fn waking_is_neither_missed_nor_felt() {
         steps_n
     };
     let steps_n = force_steps_n(true);
-    let most_n = steps_n.iter().copied().fold(0.0, f32::max);
-    assert!(most_n < 0.005, "{most_n} N in a tick");
+    let step_max_n = steps_n.iter().copied().fold(0.0, f32::max);
+    assert!(step_max_n < 0.005, "{step_max_n} N in a tick");
     // The approaching tool wakes the organ before there is a force.
     let first = |steps: &[f32]| steps.iter().position(|step| *step > 0.0);
     let (slept, was_awake) = (first(&steps_n), first(&force_steps_n(false)));
-    let apart = slept.zip(was_awake).map(|(a, b)| a.abs_diff(b));
+    let difference_ticks = slept.zip(was_awake).map(|(a, b)| a.abs_diff(b));
     assert!(
-        apart.is_some_and(|ticks| ticks < 60),
+        difference_ticks.is_some_and(|ticks| ticks < 60),
         "{slept:?} {was_awake:?}"
     );
 }

@@ -60,8 +60,8 @@ fn set_sample(bench: &mut Bench, tip: &Vec3, handle_opening: f32) {
 
 fn approach(sim: &mut Sim<'_>, bench: &mut Bench, tip: &Vec3, handle_opening: f32) {
     for step in 1..=600 {
-        let way = step as f32 / 600.0;
-        set_sample(bench, &(AWAY + (tip - AWAY) * way), handle_opening);
+        let share = step as f32 / 600.0;
+        set_sample(bench, &(AWAY + (tip - AWAY) * share), handle_opening);
         sim.tick(bench);
     }
 }
@@ -95,7 +95,7 @@ fn fingers_feel_the_tissue_that_they_squeeze() {
     let steps = closing
         .windows(2)
         .map(|pair| pair[1].opening_n - pair[0].opening_n);
-    let largest = steps.fold(0.0f32, |most, step| most.max(step.abs()));
+    let largest = steps.fold(0.0f32, |largest, step| largest.max(step.abs()));
     // The spring of 1000 N/m at 58 mm/s is 0.058 N a tick.
     assert!(largest < 0.058, "{largest} N in a tick");
     let opening = move_fingers(&mut sim, &mut bench, &BITTEN, (0.0, 1.0), 520);
@@ -170,7 +170,7 @@ fn a_cut_takes_the_fracture_energy_of_the_tissue() {
     // of the cut takes.
     let peak_n = closing
         .iter()
-        .fold(0.0f32, |most, it| most.max(it.opening_n));
+        .fold(0.0f32, |peak_n, it| peak_n.max(it.opening_n));
     let slack_j = 0.5 * peak_n * peak_n / HANDLE.stiffness_max_n_m;
     assert!(peak_n > 0.05, "{peak_n} N");
     let off = (work_j + slack_j - energy_j).abs() / energy_j;

@@ -99,8 +99,8 @@ fn pedal_presses_stitch_and_hang_a_suture_that_is_drawn_in() {
     press_pedal(&mut sim, &mut bench, &TOUCHES);
     assert_eq!(placed(&bench), [Placed::AtHand, Placed::Away]);
     let through = bench.sutures[0].0.sphere;
-    let off_m = norm(&(bench.centers_m[through as usize] - TOUCHES));
-    assert!(off_m < 0.02, "{off_m}");
+    let distance_m = norm(&(bench.centers_m[through as usize] - TOUCHES));
+    assert!(distance_m < 0.02, "{distance_m}");
     // A tip that has not moved gives no direction. A tip that moves along the liver gives a
     // direction that does not lead to the wall.
     press_pedal(&mut sim, &mut bench, &TOUCHES);
@@ -226,7 +226,7 @@ fn checkpoint_and_digest_contain_the_sutures() {
     command(&mut sim, &mut bench, Command::Start(Task::Hang));
     let down = bench.digests.last().expect("a tick").tools;
     move_tip(&mut sim, &mut bench, &ADJACENT, &TOUCHES, 500, NONE);
-    let kept = sim.checkpoint();
+    let checkpoint = sim.checkpoint();
     let samples = bench.samples;
     let mut sewn = |sim: &mut Sim<'_>| {
         bench.samples = samples;
@@ -235,7 +235,7 @@ fn checkpoint_and_digest_contain_the_sutures() {
         (bench.digests.clone(), placed(&bench))
     };
     let first = sewn(&mut sim);
-    sim.go_back(&kept);
+    sim.go_back(&checkpoint);
     let again = sewn(&mut sim);
     assert_eq!(first.1, [Placed::AtHand, Placed::Away]);
     assert!(first == again && first.0.iter().all(|it| it.tools != down));
