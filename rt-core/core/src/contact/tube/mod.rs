@@ -30,16 +30,16 @@ use crate::tool::{Capsule, Role};
 use crate::words::SphereBits;
 use sweep::{Axis, Motion, Side};
 
-/// Distance from a tool within which a bead is followed, m: the travel of tool and bead in a tick.
+/// Distance from a tool within which a bead is tracked, m: the travel of tool and bead in a tick.
 const TRACKING_RANGE_M: f32 = 0.0065;
 /// Separation below which a bead goes to the solver, because it may touch before the tick ends, m:
 /// the travel of the fastest sphere in a tick.
 const NEAR_M: f32 = 0.003;
 
-/// Share of the angle to the true direction of a tube by which the lagging direction turns in a
-/// tick. A force that turned with the tube at once would be a follower load, under which a thin
-/// tube flutters (Beck's column, Bolotin 1963). With a larger share the force follows faster, and
-/// is closer to flutter.
+/// Share of its difference from the true direction of a tube by which the lagging direction changes
+/// in a tick. A force that turned with the tube at once would be a follower load, under which a
+/// thin tube flutters (Beck's column, Bolotin 1963). With a larger share the force follows faster,
+/// and is closer to flutter.
 const DIRECTION_UPDATE_SHARE: f32 = 0.02;
 /// Compression at which a tube is flat, in its radii. Its walls take the rest of its diameter.
 const FLAT_COMPRESSION_RADII: f32 = 1.6;
@@ -69,10 +69,10 @@ struct PersistentContact {
     along: Vec3,
     separation: FilteredSeparation,
     cached: CachedForce,
-    /// Share of the bead's stiffness that acts: 1; it fades to 0 while the jaws hold the bead.
+    /// 1; while the jaws hold the bead, it fades to 0.
     free_share: f32,
-    /// `free_share` × [`Side::weight`] × the share of the tissue that damage and removed cells have
-    /// left.
+    /// Share of the bead's full stiffness that acts now: `free_share` × [`Side::weight`] × the
+    /// share of the tissue that is neither damaged nor removed.
     weight: f32,
 }
 

@@ -1,10 +1,11 @@
 //! One pass over the tetrahedra of an organ, eight at a time.
 //!
 //! Cost: a tetrahedron takes about 430 additions and multiplications and three divisions; one
-//! instruction serves eight tetrahedra. A tetrahedron reads 72 bytes of its record and 40 bytes of
-//! its memory (`BatchMemory`) in order, and writes the 40 bytes back. Per corner it gathers 32
-//! bytes from nodes in the second-level cache, and scatters 16. The instruction rate of the core
-//! limits the kernel, not memory. To count the instructions:
+//! instruction serves eight tetrahedra. In order, a tetrahedron reads 72 bytes of constants (its
+//! record and its mobility), and reads and writes 40 bytes of memory (volume and stress in
+//! `BatchMemory`). Per corner it gathers 32 bytes from nodes in the second-level cache, and
+//! scatters 16. The instruction rate of the core limits the kernel, not memory. To count the
+//! instructions:
 //!
 //! ```text
 //! cargo build --release -p rt-core --example cost
