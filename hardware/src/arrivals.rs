@@ -1,5 +1,5 @@
-//! Recognises from the arrivals of samples what a serial adapter or the USB does to them, and names
-//! the setting that ends it.
+//! Recognises, from the times at which samples arrive, that a serial adapter or the USB delays
+//! them. Names the setting that ends the delay.
 
 use std::path::Path;
 
@@ -9,19 +9,21 @@ const WINDOW: u64 = 500;
 const BATCHES_MIN: usize = 20;
 /// Longest window, ns. A slower device is judged by as many samples as came.
 const WINDOW_NS: u64 = 4_000_000_000;
-/// Gap that does not end a batch, ns: parts of a batch come within one poll of 200 µs, and a
-/// scheduler adds some.
+/// Shortest gap that ends a batch, ns. The parts of a batch arrive within one poll of 200 µs; the
+/// scheduler may add a delay.
 const WITHIN_NS: u64 = 300_000;
 /// Frame of full-speed USB, ns (USB 2.0, 7.1.12).
 const FRAME_NS: u64 = 1_000_000;
-/// Largest distance of an arrival's gap from whole frames, ns.
+/// Largest difference between a gap and the nearest whole number of frames, ns.
 const OFF_FRAME_NS: u64 = 150_000;
-/// Time after which an FTDI adapter sends what it has, ms: its default (FTDI AN232B-04).
+/// Default of an FTDI adapter's latency timer, ms (FTDI AN232B-04). The adapter collects bytes
+/// until this timer expires.
 const FTDI_MS: u64 = 16;
-/// Share of the gaps, in percent, that must fit a timer or frames. A busy computer spoils a few.
+/// Share of the gaps, in percent, that must fit the timer or the frames. A busy computer lengthens
+/// a few gaps.
 const FITS: usize = 80;
-/// Share of the gaps, in percent, that must differ from the usual number of frames. A device that
-/// itself sends every whole ms shows nothing of frames.
+/// Share of the gaps, in percent, whose number of frames must differ from that of the median gap.
+/// If all gaps have the same number, the device itself may send once per millisecond.
 const DIFFER: usize = 5;
 
 /// Pattern of arrivals.
@@ -29,7 +31,7 @@ const DIFFER: usize = 5;
 pub enum Pattern {
     /// An FTDI adapter's timer at its default.
     Ftdi,
-    /// Batches of this many samples, in tenths, every so many µs.
+    /// Regular batches of samples.
     Batches {
         /// Samples in a batch, in tenths.
         tenths: u64,
@@ -129,7 +131,7 @@ impl Arrivals {
     }
 }
 
-/// Judges a window.
+/// Pattern of a window of batches; `None` if no pattern shows.
 fn pattern(batches: &[Batch]) -> Option<Pattern> {
     // The last batch may not be whole.
     let whole = batches.split_last()?.1;
@@ -176,11 +178,11 @@ fn pattern(batches: &[Batch]) -> Option<Pattern> {
     })
 }
 
-/// True if a device with this mean period itself sends every so many whole frames. Late reading
-/// then looks like frames.
+/// True if the mean period is a whole number of frames. A device may then send at that period
+/// itself, and samples that are read late look as if they had waited for frames.
 fn is_whole_frames(period_ns: u64) -> bool {
     let frames = (period_ns + FRAME_NS / 2) / FRAME_NS;
-    // A clock of a device is off by less than one in a hundred, and a window by one sample.
+    // A device's clock deviates by less than 1 %. A window may have one sample too many or too few.
     frames > 0 && 100 * period_ns.abs_diff(frames * FRAME_NS) <= 3 * frames * FRAME_NS
 }
 
@@ -188,8 +190,8 @@ fn is_whole_frames(period_ns: u64) -> bool {
 mod tests {
     use super::*;
 
-    /// Samples of a device every `every_ns` that arrive when `comes` lets them through, for six
-    /// seconds, polled every 200 µs and with up to 20 µs of jitter.
+    /// Pattern after six seconds of samples every `every_ns`. `comes` gives the arrival time of a
+    /// sample. The line is polled every 200 µs, and arrivals have up to 20 µs of jitter.
     fn found(every_ns: u64, comes: impl Fn(u64) -> u64) -> Option<Pattern> {
         let mut arrivals = Arrivals::default();
         let mut waiting: Vec<u64> = Vec::new();

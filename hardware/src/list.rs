@@ -11,7 +11,7 @@ use serialport::SerialPortType;
 pub struct Found {
     /// Present path, e.g. `/dev/ttyACM0`.
     pub path: PathBuf,
-    /// Path that udev keeps the same in whatever order devices are plugged in. The station file
+    /// Path that does not depend on the order in which devices are plugged in. The station file
     /// should name this path.
     pub stable_path: Option<PathBuf>,
     /// Name that the device reports.

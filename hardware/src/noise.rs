@@ -3,7 +3,7 @@
 //! Each position is compared with the straight line between the positions before and after it. The
 //! distance of the position from that line is called the deviation. The smooth motion of a hand
 //! deviates to one side for many samples in a row. A hand accelerates with up to 50 m/s², which
-//! deviates by 0.025 mm at 1 kHz. Noise deviates to one side, then to the other.
+//! makes a deviation of 0.025 mm at 1 kHz. Noise deviates to one side, then to the other.
 //!
 //! If the noise is independent from sample to sample, the product of a deviation and the next one
 //! is on average -1 times the mean square of the noise. The product of a deviation and the next but

@@ -1,5 +1,5 @@
-//! Newest positions of a handle, from which its speed is computed, with the device's own clock
-//! where there is one.
+//! Newest positions of a handle, from which its velocity is computed. Times are those of the
+//! device's own clock, if it has one.
 
 use rt_core::math::Vec3;
 

@@ -62,8 +62,8 @@ impl Command {
     }
 }
 
-/// A pipe and the thread that serves the pipe. Dropping a `Bulk` sends the queued commands and ends
-/// the thread.
+/// A device's pipes and the thread that serves them. Dropping a `Bulk` sends the queued commands
+/// and ends the thread.
 pub(super) struct Bulk {
     path: PathBuf,
     heard: Arc<Bytes>,

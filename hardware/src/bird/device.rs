@@ -1,4 +1,4 @@
-//! The bird's side of the protocol, for the emulator.
+//! The bird's side of the protocol. The emulator uses it.
 
 use super::wire::{Hemisphere, Record, Scale, command, parameter, status};
 
@@ -50,8 +50,8 @@ impl Bird {
         Self::flock(&[pose])
     }
 
-    /// Reports the error `code` until the host reads the error. A bird with a broken part does the
-    /// same after power-up.
+    /// Makes the bird report the error `code` until the host reads it, as a bird with a broken part
+    /// does after power-up.
     #[cfg(test)]
     pub(crate) const fn fail(&mut self, code: u8) {
         self.error = code;

@@ -26,8 +26,8 @@ const ANSWER: Duration = Duration::from_millis(500);
 const TRIES: u32 = 4;
 /// Silence on the line after which a stopped stream counts as ended.
 const QUIET: Duration = Duration::from_millis(30);
-/// Factor by which each failed attempt prolongs that silence. An emulated bird on a busy computer
-/// answers late, so an old answer may arrive before the new one.
+/// Factor by which each failed attempt prolongs that silence. On a busy computer an emulated bird
+/// answers late, and an old answer may arrive before the new one.
 const QUIETER: u32 = 4;
 /// Largest number of bytes that one poll reads: 36 records.
 const BYTES_PER_POLL: usize = 512;
@@ -86,8 +86,8 @@ pub struct BirdTracker {
 }
 
 impl BirdTracker {
-    /// Opens a serial line, identifies the bird and starts the stream. This takes about 1 s, for a
-    /// group 2 s more, so the tick must not call it.
+    /// Opens a serial line, identifies the bird and starts the stream. This takes about 1 s, and 2
+    /// s more for a group, so the tick must not call it.
     pub fn open(path: &Path, setup: BirdSetup) -> Result<Self, HardwareError> {
         Self::start(Box::new(Line::open(path, BAUD)?), setup)
     }
@@ -294,8 +294,8 @@ impl BirdTracker {
         })
     }
 
-    /// Discards input until the line has been silent for `quiet`, but for no longer than `quiet`
-    /// and half a second. Returns the number of bytes discarded.
+    /// Discards input until the line has been silent for `quiet`. Gives up after `quiet` plus half
+    /// a second. Returns the number of bytes discarded.
     fn drain(&mut self, quiet: Duration) -> Result<u64, HardwareError> {
         let start = Instant::now();
         let mut last = start;

@@ -24,7 +24,8 @@ impl Recorded {
     }
 }
 
-/// All experiments along one axis. A text gives the reason for which nothing can be measured.
+/// Runs all experiments along one axis. The inner error is the reason for which the axis cannot be
+/// measured.
 pub(super) fn one_axis(
     bench: &mut Bench<'_>,
     hold: &mut Hold,

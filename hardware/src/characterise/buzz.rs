@@ -3,18 +3,18 @@
 
 use std::collections::VecDeque;
 
-/// Smallest swing that counts, m: five encoder steps of a Touch. `evaluate haptics` calls a contact
-/// still up to the same swing.
+/// Smallest swing that counts, m: five encoder steps of a Touch. In `evaluate haptics` a contact
+/// counts as still up to the same swing.
 pub const SWING_M: f64 = 0.275e-3;
 /// Number of consecutive swings that make a buzz, if they all happen within `WITHIN_S`.
 const SWINGS: usize = 6;
-/// Longest time from the end of the first of these swings, s: the other five in this time are 10
-/// Hz. A tremor has 8 to 12 Hz, but swings by less than `SWING_M`. A person who moves the handle on
-/// purpose stays below 5 Hz.
+/// Longest time from the end of the first of these swings, s. The other five swings in this time
+/// have 10 Hz. A tremor has 8 to 12 Hz, but its swings are smaller than `SWING_M`. Deliberate
+/// movements stay below 5 Hz.
 const WITHIN_S: f64 = 0.25;
 
-/// Ratio of the last two swings to the first two below which the movement dies away. Such a
-/// movement is the ringing of an impact, and the wall may be still afterwards.
+/// Ratio of the last two swings to the first two below which the movement counts as decaying. It is
+/// then the ringing of an impact, and the wall may be still afterwards.
 const DIES: f64 = 0.97;
 /// Time after which quick swings count as a buzz even if they die away, s.
 const LASTS_S: f64 = 0.5;

@@ -1,5 +1,5 @@
-//! Forces along one axis that reveal the handle's inertia, damping, friction and delay: a chirp,
-//! and a push after which the handle runs out, which means that it coasts without a driving force.
+//! Forces along one axis from which the handle's inertia, damping, friction and delay follow: a
+//! chirp, and a push with a run-out. During a run-out, the handle coasts without a driving force.
 
 use std::f64::consts::TAU;
 
@@ -7,9 +7,9 @@ use super::bench::{Bench, Now, Step, Vector};
 use super::halt::Halt;
 use super::hold::Hold;
 
-/// First and last frequency of a chirp, Hz. Damping shows best at the first frequency, delay at the
-/// last. A delay of 0.1 ms acts on 45 g at 4 Hz like a damping of 0.003 N s/m, at 50 Hz like 0.4 N
-/// s/m.
+/// First and last frequency of a chirp, Hz. Damping is measured best at the first frequency, delay
+/// at the last: on 45 g, a delay of 0.1 ms has the effect of a damping of 0.003 N s/m at 4 Hz, but
+/// of 0.4 N s/m at 50 Hz.
 const CHIRP_HZ: [f64; 2] = [4.0, 50.0];
 /// Length of a chirp, s.
 const CHIRP_S: f64 = 2.0;
@@ -17,10 +17,10 @@ const CHIRP_S: f64 = 2.0;
 const FADE_S: f64 = 0.2;
 /// Largest speed that an experiment aims at, m/s: half of the speed that ends the experiment.
 const SPEED_M_S: f64 = 0.25;
-/// Speeds between which a force along the movement fades to zero, m/s. Otherwise a chirp would
-/// swing up to twice as fast at its start, or where friction is less than expected.
+/// Speeds between which a force along the movement fades to zero, m/s. Without this limit, a chirp
+/// would be up to twice as fast at its start, or with less friction than expected.
 const GOVERNED_M_S: [f64; 2] = [0.25, 0.4];
-/// Largest amplitude of movement that a chirp aims at, as a share of the region, which is the
+/// Largest amplitude of movement that a chirp aims at, as a share of the region. The region is the
 /// radius in which experiments take place.
 const AMPLITUDE: f64 = 0.15;
 /// Stiffness of the spring that keeps a chirp in its place, N/m. The spring's force is a small part
@@ -30,11 +30,11 @@ const CENTRE_N_M: f64 = 15.0;
 const CHIRP_LEASH: f64 = 0.5;
 /// Share of the remaining force that an experiment uses along its axis.
 const SPARE: f64 = 0.95;
-/// Least force beyond friction and weight with which the handle can be moved, N.
+/// Smallest force beyond friction and weight with which the experiments work, N.
 const ROOM_MIN_N: f64 = 0.03;
 /// Distance over which a push accelerates the handle to its speed, m.
 const PUSH_M: f64 = 0.006;
-/// Distance that the handle may run out, as a share of the region.
+/// Largest distance of a run-out, as a share of the region.
 const RUN_OUT: f64 = 0.25;
 /// Longest push, s.
 const PUSH_S: f64 = 0.2;
@@ -120,7 +120,7 @@ pub(super) fn chirp(
     Ok(bench.take_record())
 }
 
-/// A push, and the handle that runs out.
+/// A push and the run-out after it.
 #[derive(Debug, Clone)]
 pub(super) struct Push {
     /// Record from the start of the push.

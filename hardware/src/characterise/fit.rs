@@ -11,7 +11,7 @@ use super::model::{AxisCourse, COUNT, DELAY_MAX_S, Model, Window};
 const CHANGES: [f64; COUNT] = [2e-4, 2e-3, 2e-3, 1e-3, 2e-5];
 /// Change of a window's initial speed for numerical derivatives, m/s.
 const CHANGE_M_S: f64 = 1e-4;
-/// Step of the search for the delay, s. The fit then corrects the delay by at most half a step,
+/// Step of the search for the delay, s. The fit then changes the delay by at most half a step,
 /// which is a tenth of a period at 50 Hz.
 const SEARCH_S: f64 = 4e-3;
 /// Largest number of windows that this search uses.
@@ -45,7 +45,7 @@ pub(super) struct Fit {
     pub(super) windows: Vec<(usize, Window)>,
 }
 
-/// Linearised problem, with each window's initial position and speed eliminated.
+/// Linearised problem. Each window's initial position and speed are eliminated.
 struct Linear {
     cost: f64,
     normal: Normal,
@@ -136,7 +136,7 @@ fn descend(
     (linear.samples > 0).then_some(linear.cost)
 }
 
-/// Drops windows that fit far worse than most, because this computer or the device paused in them.
+/// Drops windows with a far larger residual than most: this computer or the device paused in them.
 /// Returns true if any window was dropped.
 fn drop_outliers(
     courses: &[AxisCourse],
@@ -169,7 +169,7 @@ fn settle_all(courses: &[AxisCourse], windows: &mut [(usize, Window)], model: &M
     }
 }
 
-/// The window with the place and the speed at its start that fit best.
+/// The window with the initial position and speed that fit best.
 pub(super) fn settled(course: &AxisCourse, mut window: Window, model: &Model) -> Window {
     let seen = window.of(course);
     let cost = |run: &[f64]| {
@@ -217,7 +217,7 @@ pub(super) fn settled(course: &AxisCourse, mut window: Window, model: &Model) ->
     window
 }
 
-/// The window with another speed at its start.
+/// The window with another initial speed.
 fn changed(window: &Window, by_m_s: f64) -> Window {
     let mut changed = *window;
     changed.speed_m_s += by_m_s;

@@ -14,13 +14,13 @@ const MOVED_M: f64 = 1.0e-3;
 const SEEN_M: f64 = 0.12e-3;
 /// Movement in a wrong direction that ends the measurement, m.
 const BACKWARDS_M: f64 = 1.5e-3;
-/// Growth of the force from which on the direction of the movement is checked, N.
+/// Growth of the force above which the direction of the movement is checked, N.
 const BACKWARDS_N: f64 = 0.03;
 /// Cosine of the largest permitted angle between force and movement: 60°. Where inertia couples the
 /// axes, the movement deviates by less.
 const ALONG: f64 = 0.5;
 
-/// A handle that broke away.
+/// Result of a break-away.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Broken {
     /// Force along the axis at which the handle began to move, N.
@@ -32,9 +32,9 @@ pub(super) struct Broken {
 /// Time over which the force grows to its initial value, s.
 const BEGIN_S: f64 = 0.05;
 
-/// Lets a force along `axis` grow in the direction `sign`, beginning at `begin_n` beyond the force
-/// that carries the handle. `None` if the largest force did not move the handle, or if the moment
-/// of break-away cannot be computed.
+/// Lets a force along `axis` grow in the direction `sign` until the handle moves. The force begins
+/// at `begin_n` beyond the force that carries the handle. `None` if the largest force did not move
+/// the handle, or if the moment of break-away cannot be computed.
 pub(super) fn break_away(
     bench: &mut Bench<'_>,
     hold: &Hold,

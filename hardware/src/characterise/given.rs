@@ -1,8 +1,9 @@
-//! Share that the motors give of the force asked for, by the size of the force.
+//! Ratio of the force that the motors render to the commanded force, as a function of the commanded
+//! force.
 //!
-//! Movements alone do not reveal a force: a handle of half the mass under half the force moves in
-//! the same way. They do reveal whether a large force is as large as small ones promise. So the
-//! shares are relative to the model that fits all of the movements.
+//! Movements alone cannot show the size of a force: a handle of half the mass under half the force
+//! moves in the same way. They can show whether the ratio is the same for large and small forces.
+//! So the ratios are relative to the model that fits all of the movements.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -10,14 +11,14 @@ use super::along::Axis;
 use super::fit::settled;
 use super::model::{AxisCourse, Model, Window};
 
-/// Number of groups of windows, by their force.
+/// Number of groups into which the windows are sorted by their force.
 const GROUPS: usize = 4;
 /// Fewest windows of a group that counts.
 const GROUP_MIN: usize = 2;
 /// Least force of a window that is used, in multiples of the dry friction, and as a share of the
 /// largest force. In windows with less force, the friction decides the movement.
 const FORCE_MIN: [f64; 2] = [2.0, 0.2];
-/// Change of the share for numerical derivatives.
+/// Change of the ratio for numerical derivatives.
 const CHANGE: f64 = 1e-3;
 /// Change of a window's initial speed for numerical derivatives, m/s.
 const CHANGE_M_S: f64 = 1e-4;
@@ -26,8 +27,8 @@ const STEPS: u32 = 12;
 /// Relative decrease of the cost below which a fit ends.
 const DONE: f64 = 1e-4;
 
-/// Pairs of force asked for, N, and share given, from small to large forces. Empty if too little
-/// was recorded.
+/// Pairs of commanded force, N, and ratio, from small to large forces. Empty if too little was
+/// recorded.
 pub(super) fn given_shares<'a>(
     courses: impl Iterator<Item = &'a AxisCourse>,
     axis: &Axis,
@@ -72,7 +73,7 @@ fn strongest_n(course: &AxisCourse, window: &Window, model: &Model) -> f64 {
     forces.fold(0.0, f64::max)
 }
 
-/// Share of the forces with which the model moves as the handle did in a window.
+/// Factor of the commanded forces with which the model moves as the handle did in a window.
 fn share(course: &AxisCourse, window: Window, model: &Model) -> Option<f64> {
     let mut window = settled(course, window, model);
     let mut share = 1.0;

@@ -11,7 +11,7 @@ pub(super) type Vector = Vector4<f64>;
 /// Index of the opening in a [`Vector`].
 pub(super) const OPENING: usize = 3;
 
-/// The part of a vector that is not along the opening.
+/// The three base-frame components of a vector, without the opening.
 pub(super) fn of_handle(vector: &Vector) -> Vector3<f64> {
     vector.fixed_rows::<3>(0).into_owned()
 }
@@ -52,7 +52,7 @@ pub(super) struct Guard {
     pub(super) region_m: f64,
     /// Half of the travel of the fingers, m, while the opening is measured.
     pub(super) opening_m: Option<f64>,
-    /// Place of the present experiment, m, and largest distance from it, m.
+    /// Start of the present experiment, m, and largest distance from it, m.
     pub(super) leash: Option<(Vector, f64)>,
 }
 

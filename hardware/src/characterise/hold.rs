@@ -13,8 +13,8 @@ pub(super) const STIFFNESS_N_M: f64 = 60.0;
 const DAMPING_N_S_M: f64 = 2.0;
 /// Growth of the integral's force per distance and time, N/(m s).
 const INTEGRAL_N_M_S: f64 = 150.0;
-/// Distance below which the integral's force does not grow, m. Otherwise dry friction would make
-/// the handle hunt to and fro.
+/// Distance below which the integral's force does not grow, m. Otherwise dry friction would cause a
+/// limit cycle.
 const NEAR_M: f64 = 1.0e-3;
 /// Largest distance from its place at which the handle counts as held, m.
 const HELD_M: f64 = 1.5e-3;
@@ -26,9 +26,9 @@ const HELD_S: f64 = 0.2;
 const PATIENCE_S: f64 = 6.0;
 /// Speed at which the spring carries the handle to its place, m/s.
 const CARRY_M_S: f64 = 0.06;
-/// Longest distance between the spring's two ends, m. On a device that pushes the wrong way, the
-/// spring drives the handle away. Once the force is cut at this distance, the handle coasts for
-/// less than another 8 mm (Touch).
+/// Longest distance between the spring's two ends, m; beyond it the experiment ends. On a device
+/// whose force has the wrong sign, the spring drives the handle away. After the force is cut at
+/// this distance, the handle coasts for less than 8 mm (Touch).
 const LEASH_M: f64 = 0.012;
 
 /// The spring.
@@ -54,8 +54,8 @@ impl Hold {
         }
     }
 
-    /// Notes the force that carries the handle along an axis, N, as break-away found it. With
-    /// another force, dry friction would balance the difference, and less friction would be left
+    /// Sets the force that carries the handle along an axis, N, as break-away measured it. With
+    /// another force, dry friction would balance the difference, and less friction would remain
     /// along the other axes.
     pub(super) fn know(&mut self, axis: usize, carries_n: f64) {
         self.carries_n[axis] = carries_n;

@@ -1,4 +1,4 @@
-//! The free experiments in their order, axis by axis, with nobody at the handle.
+//! The experiments in which nobody holds the handle, axis by axis.
 
 use rt_core::port::{DeviceCapabilities, HapticDevice};
 
@@ -18,14 +18,14 @@ const BEGIN: f64 = 0.6;
 /// Time over which the force fades at the end, s.
 const LET_GO_S: f64 = 0.5;
 
-/// Options of the free experiments.
+/// Options of the experiments in which nobody holds the handle.
 #[derive(Debug, Clone, Copy)]
 pub struct Options {
     /// Axes x, y, z to be measured.
     pub axes: [bool; 3],
     /// True to measure the opening as well, if the handle opens.
     pub opening: bool,
-    /// Largest force, N. `None` means 1 N, or less if the device may not give as much.
+    /// Largest force, N. `None` means 1 N, or less if the device's limits are lower.
     pub force_n: Option<f64>,
     /// Repetitions of each experiment: at least 2, because the error of a result is computed from
     /// their spread.
@@ -158,7 +158,7 @@ pub fn measure(
     })
 }
 
-/// Lets the force fade. If the handle falls under its weight meanwhile, that is no failure.
+/// Lets the force fade. The handle may fall under its weight meanwhile; that is no failure.
 fn let_go(bench: &mut Bench<'_>, hold: &Hold) {
     let begun_s = bench.now().at_s;
     loop {

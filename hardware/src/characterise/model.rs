@@ -133,7 +133,7 @@ impl AxisCourse {
         }
     }
 
-    /// The course as if the motors gave `share` of each force beyond `carries_n`.
+    /// The record as if the motors rendered only `share` of each force beyond `carries_n`.
     pub(super) fn scaled(&self, carries_n: f64, share: f64) -> Self {
         let scaled = |(at_s, force_n, impulse_n_s): &(f64, f64, f64)| {
             let carried_n_s = carries_n * (at_s - self.begun_s());
@@ -174,7 +174,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Impulse of all commands up to a time, N s. The first force is taken to act even before its
+    /// Impulse of all commands up to a time, N s. The first force counts as acting even before its
     /// command.
     fn impulse_n_s(&mut self, at_s: f64) -> f64 {
         while self
@@ -204,8 +204,8 @@ pub(super) struct Window {
     pub(super) speed_m_s: f64,
 }
 
-/// Length of a window, s: two periods of 25 Hz. The window is long enough that fitting its initial
-/// position and speed takes little of its information.
+/// Length of a window, s: two periods of 25 Hz. The window is so long that its initial position and
+/// speed use up only a little of its information.
 const WINDOW_S: f64 = 0.08;
 /// Longest gap between samples of a window, s. After a longer gap the handle may be anywhere.
 const GAP_S: f64 = 0.005;

@@ -1,4 +1,4 @@
-//! Places of the virtual walls, and what a person is told at each.
+//! Places of the virtual walls, and the instructions to the person at each.
 
 use super::bench::{Now, OPENING, Vector};
 

@@ -22,8 +22,8 @@ pub struct Characterised {
     /// Results of the axes x, y, z. `None`: the axis was not asked for. A text: the reason for
     /// which nothing could be measured.
     pub axes: [Option<Result<Axis, String>>; 3],
-    /// Time from a command to the sample that confirms the command, s, if the device's protocol has
-    /// such samples.
+    /// Time from a command to the sample that confirms the command, s. `None` if the device's
+    /// protocol has no such samples.
     pub echo_s: Option<f64>,
     /// Result of the virtual wall.
     pub wall: Option<Wall>,
@@ -60,7 +60,7 @@ impl Characterised {
         delays.max_by(|a, b| a.value.total_cmp(&b.value))
     }
 
-    /// Stiffest contact that Calot renders by the measured values, N/m.
+    /// Stiffest contact that Calot renders with the measured values, N/m.
     #[must_use]
     pub fn rendered_n_m(&self) -> Option<f64> {
         let (damping, delay) = (self.damping_n_s_m()?, self.delay_s()?);

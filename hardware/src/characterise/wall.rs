@@ -3,7 +3,7 @@
 //!
 //! The handle meets every wall from above. If it rested in a wall that becomes stiffer, dry
 //! friction would hide the limit: a Touch then stays still up to three times the stiffness at which
-//! a tap makes it buzz.
+//! it buzzes after a tap.
 
 use rt_core::port::HapticDevice;
 
@@ -84,7 +84,7 @@ enum WallOutcome {
     Left,
 }
 
-/// Lays one wall after the other across a place, and asks a person to press each. `force_n` is the
+/// Renders one wall after another at a place, and asks a person to press each. `force_n` is the
 /// largest force that a person allows.
 pub fn wall(
     device: &mut dyn HapticDevice,
@@ -98,7 +98,8 @@ pub fn wall(
         bench.begin_opening()?;
     }
     let mut walls = Wall::default();
-    // A still wall stays until the handle is above it. A wall that buzzed is gone at once.
+    // A wall that was still is rendered until the handle is above it. A wall that buzzed is removed
+    // at once.
     let mut stays_n_m = 0.0;
     while let Some(stiffness_n_m) = walls.next_n_m() {
         let outcome = if lifted(&mut bench, place, stays_n_m, tell)? {
@@ -134,8 +135,8 @@ fn said(stiffness_n_m: f64, buzz: Option<(f64, f64)>) -> String {
     }
 }
 
-/// Waits until the handle is above the last wall. Meanwhile that wall stays with the stiffness
-/// `stays_n_m`. Returns false if nobody lifts the handle.
+/// Waits until the handle is above the last wall. Meanwhile that wall is rendered with the
+/// stiffness `stays_n_m`. Returns false if nobody lifts the handle.
 fn lifted(
     bench: &mut Bench<'_>,
     place: Place,

@@ -15,12 +15,12 @@ use crate::rig::RigHaptic;
 /// ten-thousandth.
 const CLOCK_OFF: f64 = 0.01;
 
-/// Largest relative deviation in any half second. Arrivals jitter.
+/// Largest relative deviation in any half second. It is larger, because arrivals jitter.
 const CLOCK_WANDERS: f64 = 0.015;
 /// Longest time between two forces, ns, while no valid sample comes.
 const SEND_EVERY_NS: u64 = 2_000_000;
 
-/// Sends zero forces for `time` and judges what comes back.
+/// Sends zero forces for `time` and judges the samples that come meanwhile.
 pub(super) fn answers(report: &mut Report, device: &mut RigHaptic, time: Duration) {
     let mut under_way: Option<(u16, u64)> = None;
     let mut round_trips_ns = Vec::new();
@@ -104,8 +104,8 @@ fn judge_clock(report: &mut Report, clock: &Clock, host: Host) {
     report.judge_time("clock", good, words, host);
 }
 
-/// Judges the declared delay. It must be at least half of the echo, from which one and a half
-/// sample periods are subtracted first.
+/// Judges the declared delay. It must be at least half of the echo, less three quarters of a sample
+/// period.
 fn judge_delay(report: &mut Report, device: &RigHaptic, echo_s: f32) {
     let said_s = device.declared().delay_s;
     let sample_s = 1.0 / f32::from(device.declared().rate_hz.max(1));

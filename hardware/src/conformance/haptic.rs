@@ -14,7 +14,7 @@ use crate::rig::{BAUD, RigHaptic};
 
 /// Number of tries of the watchdog, because a faulty one may work in some tries.
 const WATCHDOG_TRIES: u32 = 6;
-/// Largest number of tries. Those in which this computer lost bytes are made again.
+/// Largest number of tries. A try in which this computer lost bytes is repeated.
 const WATCHDOG_TRIES_MAX: u32 = 30;
 /// Time, µs, by which a force may outlast the declared time plus one sample, because times are
 /// rounded.
@@ -115,7 +115,7 @@ fn watchdog(report: &mut Report, device: &mut RigHaptic) {
 fn judge_held(report: &mut Report, declared: &Capabilities, held: Held, host: Host) {
     let Held { device_us, host_us } = held;
     let declared_ms = declared.watchdog_ms.min(WATCHDOG_LIMIT_MS);
-    // The drop shows in the next sample.
+    // The next sample reports the drop.
     let sample_us = 1_000_000 / u64::from(declared.rate_hz.max(1));
     let allowed_us = u64::from(declared_ms) * 1000 + sample_us + WATCHDOG_ROUNDING_US;
     let ms = |us: u64| us as f64 * 1e-3;
@@ -126,10 +126,11 @@ fn judge_held(report: &mut Report, declared: &Capabilities, held: Held, host: Ho
         ms(host_us)
     );
     if u64::from(device_us) > allowed_us {
-        // A late computer reads the same samples, unless it lost some.
+        // These times come from the samples. A late computer reads the same samples, unless it lost
+        // some.
         report.judge_time("watchdog", false, words, host.only_missed());
     } else {
-        // A busy computer sees the drop late. A watchdog that fails is later still.
+        // A busy computer sees the drop late. A watchdog that fails drops the force even later.
         let late_us = allowed_us + WATCHDOG_ARRIVAL_US;
         report.judge_time("watchdog", host_us <= late_us, words, host);
     }

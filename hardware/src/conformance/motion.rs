@@ -12,13 +12,13 @@ const STRIDE: usize = 20;
 /// far above noise.
 const WAY_MIN_M: f32 = 0.005;
 
-/// Time between two samples above which the velocity of the second says little about the way
+/// Time between two samples above which the velocity of the second says little about the distance
 /// between them, s.
 const GAP_S: f32 = 0.01;
-/// Length of a window in which the earliest arrival counts, ns. A sample comes late, never early,
-/// so such arrivals follow the device's clock even while this computer is late.
+/// Length of a window in which only the least delayed sample counts, ns. Samples come late, never
+/// early. So the least delayed samples follow the device's clock even while this computer is late.
 const BUCKET_NS: u64 = 100_000_000;
-/// Distance of two such windows whose clocks are compared.
+/// Number of windows between two windows whose clocks are compared.
 const BUCKETS: u64 = 5;
 
 /// Sums that compare reported velocities with positions.
@@ -66,8 +66,7 @@ impl Motion {
         (self.farthest_m >= WAY_MIN_M).then(|| self.said_by_moved / self.moved_by_moved)
     }
 
-    /// Judgement: whether velocity and positions agree, with words. `None` if the handle hardly
-    /// moved.
+    /// True if velocity and positions agree, with a sentence. `None` if the handle hardly moved.
     pub(crate) fn judged(&self) -> Option<(bool, String)> {
         let gain = self.gain()?;
         let alike = self.said_by_moved / (self.said_by_said * self.moved_by_moved).sqrt();
@@ -110,7 +109,7 @@ impl Clock {
         }
     }
 
-    /// The rate of [`Self::rate`] in the half second in which it is farthest from 1; `None` before
+    /// Rate as in [`Self::rate`], in the half second in which it is farthest from 1. `None` before
     /// half a second.
     pub(crate) fn worst_rate(&self) -> Option<f64> {
         let span_us = (BUCKETS * BUCKET_NS / 1000) as f64;
@@ -134,7 +133,7 @@ impl Clock {
 mod tests {
     use super::*;
 
-    /// A handle that swings along x by 30 mm, and says its velocity times `by`.
+    /// A handle that swings along x by 30 mm, and reports its velocity times `by`.
     fn swung(by: f32) -> Motion {
         let mut motion = Motion::default();
         for ms in 0..2000 {

@@ -26,8 +26,8 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
     samples_of(report, device, time, |_| 0);
 }
 
-/// Does what [`samples`] does with a driver that counts the samples which it refused: they came,
-/// so they count for the rate.
+/// Like [`samples`], for a driver that counts the samples that it refused. Such samples arrived, so
+/// they count for the rate.
 pub(super) fn samples_of<D: HapticDevice>(
     report: &mut Report,
     device: &mut D,
@@ -262,7 +262,8 @@ impl Openings {
     }
 }
 
-/// Judges what adapter and USB do to the samples. Frames of full-speed USB are no fault, but told.
+/// Judges the arrivals of the samples. Waiting for the frames of full-speed USB is reported, but is
+/// no fault.
 fn judge_arrivals(report: &mut Report, pattern: Option<Pattern>, host: Host) {
     let is_good = !matches!(pattern, Some(Pattern::Ftdi | Pattern::Batches { .. }));
     let words = pattern.map_or_else(
@@ -307,7 +308,8 @@ fn judge_findings(report: &mut Report, found: FaultSet, bundle_ms: u32, host: Ho
     } else {
         format!("found: {}", names.join(", "))
     };
-    // Both are no fault of the samples, but they explain a force that is weaker than asked for.
+    // The next two findings are no faults of the samples. They explain a force that is weaker than
+    // commanded.
     if found.contains(Fault::DeviceLimited) {
         detail += "; the device says that it limits its force (status bit 2: heat or current)";
     }

@@ -26,7 +26,7 @@ pub(super) fn until(limit: Duration, step: impl FnMut(TimeNs) -> bool) -> bool {
     until_on(&mut Host::default(), limit, step)
 }
 
-/// Does what [`until`] does, and adds the delays of this computer to `host`.
+/// Like [`until`]; also adds the delays of this computer to `host`.
 pub(super) fn until_on(
     host: &mut Host,
     limit: Duration,
@@ -62,7 +62,7 @@ pub(super) struct Host {
 }
 
 impl Host {
-    /// A sleep of 0.25 ms that takes longer than this counts as a delay of this computer.
+    /// Duration above which a sleep of 0.25 ms counts as a delay of this computer.
     const LATE: Duration = Duration::from_millis(2);
     /// Largest share of late time with which this computer may judge a device's timing.
     const SHARE_MAX: f32 = 0.05;
@@ -190,7 +190,7 @@ pub(super) fn silent_after_close(report: &mut Report, path: &Path, baud: u32) {
         heard
     });
     match heard {
-        // Bytes that were under way at closing may still arrive.
+        // Bytes that were already sent at closing may still arrive.
         Ok(heard) => report.judge(
             "close",
             heard < 256,

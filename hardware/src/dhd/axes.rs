@@ -58,7 +58,7 @@ mod tests {
     }
 
     proptest! {
-        /// To turn a vector and then convert it gives the same as to convert it and then turn it.
+        /// Rotating and converting a vector gives the same result in either order.
         #[test]
         fn turning_and_converting_commute(
             turn in [-3.0f64..3.0, -3.0..3.0, -3.0..3.0],

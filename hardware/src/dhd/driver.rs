@@ -25,7 +25,7 @@ use crate::vendor::Door;
 
 /// Lets one driver at a time use the library.
 static DOOR: Door = Door::new("calot-dhd");
-/// Time over which the library takes the mean velocity, ms. The library's default of 20 ms would
+/// Time over which the library averages the velocity, ms. The library's default of 20 ms would
 /// delay the velocity by 10 ms.
 const VELOCITY_WINDOW_MS: i32 = 5;
 /// `drop` waits this long for the thread to send zero force and to end.
@@ -41,7 +41,7 @@ pub struct DhdHaptic {
     identity: String,
     last_turn: u32,
     counters: LineCounters,
-    /// Number of samples refused as impossible jumps, at the last poll.
+    /// Value of `Shared::leaps` at the last poll.
     refused_jumps: u32,
     trail: Trail,
     /// Number of jumps accepted as the new place, at the last poll.
@@ -91,7 +91,8 @@ impl DhdHaptic {
         let identity = format!("{} {number}", handle.name());
         let capabilities = model::capabilities(handle.model(), parts);
         handle.configure_velocity(VELOCITY_WINDOW_MS);
-        // With the first force, even zero, the library begins to carry the weight of the arms.
+        // With the first force, even a zero force, the library begins to compensate the weight of
+        // the arms.
         let nothing = [0.0; 3];
         if !handle.set_force(nothing, nothing, 0.0) || !handle.enable_force() {
             return Err(library_error(path, "enabling the force", dhd.last_error()));

@@ -1,7 +1,8 @@
 //! The part of the DHD API that Calot uses.
 //!
-//! Symbols and numbers as in `dhdc.h` 3.7; later versions only add some. Every function is C, takes
-//! plain numbers and pointers to numbers, and may be called from any thread. `bool` is one byte.
+//! Symbols and numbers are those of `dhdc.h` 3.7; later versions only add some. Every function is a
+//! C function. It takes plain numbers and pointers to numbers, and any thread may call it. `bool`
+//! is one byte.
 #![allow(unsafe_code)] // All calls into Force Dimension's library are here.
 
 use std::ffi::{CStr, c_char, c_int, c_uchar, c_uint, c_ushort};
@@ -77,7 +78,7 @@ impl Dhd {
         Ok(Box::leak(Box::new(table)))
     }
 
-    /// Number of devices on this computer, also those in use by other programs.
+    /// Number of devices on this computer, including those in use by other programs.
     pub(super) fn device_count(&self) -> i32 {
         // SAFETY: no arguments.
         unsafe { (self.device_count)() }
@@ -201,7 +202,7 @@ impl Handle {
         let _ = unsafe { (self.dhd.stop)(self.id) };
     }
 
-    /// Sets the time over which the library takes the mean velocity.
+    /// Sets the time over which the library averages the velocity.
     pub(super) fn configure_velocity(&self, window_ms: i32) {
         // SAFETY: plain numbers.
         let _ = unsafe { (self.dhd.configure_velocity)(window_ms, WINDOWING, self.id) };

@@ -16,9 +16,9 @@ use super::shared::{NOTHING, Sample, Shared, Wish};
 use crate::gate::Gate;
 use crate::line::now_ns;
 
-/// Interval between two turns of the thread. Each turn takes a sample and sends a force.
+/// Interval between two cycles of the thread. Each cycle takes a sample and sends a force.
 const PERIOD: Duration = Duration::from_millis(1);
-/// Number of turns between two reads of the status of the device's controller.
+/// Number of cycles between two reads of the status of the device's controller.
 const STATUS_TURNS: u32 = 100;
 /// Time without a single answer after which the device counts as lost.
 const LOST_AFTER: Duration = Duration::from_millis(100);
@@ -28,7 +28,7 @@ const SPEED_LIMIT_M_S: f32 = 5.0;
 const NOISE_M: f32 = 0.002;
 /// Farthest plausible position from the middle, in workspace radii.
 const REACH: f32 = 3.0;
-/// Number of turns over which the force grows back after the device had removed it.
+/// Number of cycles over which the force rises again after the device had removed it.
 const RETURN_TURNS: f64 = 500.0;
 
 /// `wanted`, shortened to at most `most`. Zero if `wanted` is not finite.
@@ -43,8 +43,8 @@ fn clamp(wanted: Vec3, most: f32) -> Vec3 {
     wanted * (most / norm)
 }
 
-/// The device and the state of its thread. Dropping a `Servo`, however the thread ends, brakes the
-/// motors and tells the tick that the device is lost.
+/// The device and the state of its thread. However the thread ends, dropping the `Servo` brakes the
+/// motors and marks the device as lost.
 #[derive(Debug)]
 pub(super) struct Servo {
     handle: Handle,
@@ -80,7 +80,7 @@ impl Servo {
             gripper: Gripper::new(parts.is_left_handed),
             count: 0,
             jumps: 0,
-            // Not 0, so that the status is first read after 99 turns: the controller needs some
+            // Not 0, so that the status is first read after 99 cycles: the controller needs some
             // time to enable the force.
             turns: 1,
             is_reset: false,
@@ -200,8 +200,8 @@ impl Servo {
         self.gripper.take(angle_deg)
     }
 
-    /// Sends a wish within the device's limits. Zero force is sent too, because the library adds
-    /// the force that carries the arms to every force sent.
+    /// Sends the commanded force within the device's limits. Zero force is sent too, because the
+    /// library adds gravity compensation to every force that it is sent.
     fn render(&mut self, wish: &Wish) {
         if self.shared.is_forceless.load(Ordering::Acquire) {
             self.share = 0.0;

@@ -45,7 +45,7 @@ pub(super) struct Sample {
     pub(super) jumps: u32,
 }
 
-/// Force, torque and the gripper's opening force that the tick wants, in our axes.
+/// Force, torque and the gripper's opening force that the tick commands, in our axes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Wish {
     pub(super) force_n: Vec3,
@@ -94,7 +94,7 @@ impl Shared {
         Some((turn, sample))
     }
 
-    /// Hands a sample to the tick.
+    /// Passes a sample to the tick.
     pub(super) fn publish(&self, sample: &Sample) {
         let [x, y, z] = bits(&sample.position_m);
         let q = sample.rotation;
@@ -121,7 +121,7 @@ impl Shared {
         ]);
     }
 
-    /// Hands a wish (the wanted forces) to the thread.
+    /// Passes a command to the thread.
     pub(super) fn ask(&self, wish: &Wish) {
         let [x, y, z] = bits(&wish.force_n);
         let [tx, ty, tz] = bits(&wish.torque_nm);
@@ -130,7 +130,7 @@ impl Shared {
             .write([x, y, z, tx, ty, tz, wish.opening_n.to_bits(), low, high]);
     }
 
-    /// Newest wish, or no force if that wish is older than the limit.
+    /// Newest command; no force if that command is older than [`FORCE_AGE_NS`].
     pub(super) fn wish(&self) -> Wish {
         let Some((_, words)) = self.wish.read() else {
             return NOTHING;

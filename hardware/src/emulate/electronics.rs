@@ -18,7 +18,7 @@ pub enum HapticModel {
     /// [`crate::rig::RigHaptic`].
     #[default]
     TouchRig,
-    /// A Touch-class device with a handle that opens and shuts, and a motor for that.
+    /// A Touch-class device whose handle opens and shuts, with a motor along the opening.
     HandleRig,
     /// A WoodenHaptics device: open with [`crate::woody::WoodyHaptic`].
     Woody,
@@ -59,7 +59,7 @@ const HAPI_BODY: Body = Body {
     force_continuous_n: 1.0,
 };
 
-/// A Haply's board and the time of the host's last message.
+/// A Haply's board and the time of the host's last bytes.
 #[derive(Debug, Default)]
 pub(super) struct Hapi {
     board: Board,
@@ -68,7 +68,8 @@ pub(super) struct Hapi {
 
 impl Hapi {
     const LINKAGE: Pantograph = Pantograph::GEN3;
-    /// Silence after which the host counts as gone, µs. The real board has no such limit.
+    /// Silence of the host after which it no longer counts as sending commands, µs. The real board
+    /// has no such limit.
     const GONE_US: u32 = 100_000;
 
     fn receive(
@@ -96,8 +97,8 @@ impl Hapi {
         self.board
             .receive(bytes, [first, second, 0.0, 0.0], now_us, send);
         let [first, second, ..] = self.board.torques_nm();
-        // Stretched arms bear any force without torque. The force is then undefined and taken as
-        // zero.
+        // Stretched arms transmit any force without torque. The force is then undefined, and this
+        // model uses zero.
         Self::LINKAGE
             .force_n(angles_deg, swapped([first, second]))
             .unwrap_or_default()
@@ -147,8 +148,8 @@ impl Electronics {
         }
     }
 
-    /// Takes the controller's bytes and returns the force that the motors render now, N. With
-    /// `degenerate`, the Haply, whose protocol sends floats, answers with NaN.
+    /// Takes the controller's bytes and returns the force that the motors render now, N. If
+    /// `degenerate`, the Haply answers with NaN, because its protocol sends floats.
     pub(super) fn receive(
         &mut self,
         bytes: &[u8],
@@ -167,13 +168,13 @@ impl Electronics {
             Self::Woody(firmware) => {
                 let [a, b, c] = WOODY.counts(touch.measured_m());
                 // The real firmware reads all the time, the emulator only once a millisecond. So
-                // each line that arrived within the millisecond is handed over on its own.
+                // the emulator passes on each line of that millisecond separately.
                 for line in bytes.split_inclusive(|&byte| byte == b'\n') {
                     firmware.receive(line, [a, b, c, 0, 0, 0], now_us, &mut send);
                 }
                 let angles_rad = WOODY.angles_rad([a, b, c]);
-                // Stretched links bear any force without current. The force is then undefined and
-                // taken as zero.
+                // Stretched links transmit any force without current. The force is then undefined,
+                // and this model uses zero.
                 WOODY
                     .force_n(angles_rad, firmware.currents_ma(now_us))
                     .unwrap_or_default()

@@ -6,13 +6,13 @@ use super::random::Random;
 /// none.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Faults {
-    /// Share of bytes that vanish.
+    /// Share of bytes that are lost.
     pub lost: f32,
     /// Share of bytes that arrive twice.
     pub duplicated: f32,
     /// Share of bytes with one flipped bit.
     pub corrupted: f32,
-    /// Share of writes of which a part arrives at once and the rest with the next write.
+    /// Share of writes that are split: a part arrives at once, the rest with the next write.
     pub split: f32,
     /// Share of writes that arrive together with the next write.
     pub merged: f32,
@@ -20,13 +20,13 @@ pub struct Faults {
     pub batch_ms: u32,
     /// Share of samples with a rotation of length zero, which careless code turns into NaN.
     pub degenerate: f32,
-    /// Time from which on every write repeats the last one before it, s.
+    /// Time after which every write repeats the last write before that time, s.
     pub stuck_from_s: Option<f32>,
     /// Time at which the line hangs up, s.
     pub hang_up_at_s: Option<f32>,
     /// Time after the hang-up at which the line comes back, s. `None`: never.
     pub back_after_s: Option<f32>,
-    /// Share of milliseconds with a few random bytes that nobody asked for.
+    /// Share of milliseconds in which a few random bytes are added.
     pub babble: f32,
     /// Share of the controller's bytes with one flipped bit.
     pub corrupted_to_device: f32,
@@ -68,8 +68,8 @@ pub(super) struct FaultyLine {
     last: Vec<u8>,
 }
 
-/// Largest number of bytes that are held back, more than a pty holds. Beyond this number the oldest
-/// bytes are lost.
+/// Largest number of bytes that are held back: more than the buffer of a pty. Beyond this number
+/// the oldest bytes are lost.
 const HELD_LIMIT: usize = 8192;
 
 impl FaultyLine {

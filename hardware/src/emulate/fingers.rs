@@ -6,7 +6,7 @@ use super::touch::{Body, Grip, Touch};
 use crate::rig::wire::Opening;
 
 /// Moving half of the handle: a light ring on a hinge with little friction. Its stops are at both
-/// ends of the opening, whatever radius stands here.
+/// ends of the opening; [`Fingers::new`] replaces the radius.
 pub(crate) const RING: Body = Body {
     mass_kg: 0.02,
     friction_n: 0.05,

@@ -24,7 +24,7 @@ pub struct HandScript {
     pub world_from_tracker: Pose,
     /// Rest pose of the endoscope's camera.
     pub world_from_camera: Pose,
-    /// Port about which the endoscope sways, m.
+    /// Trocar about which the endoscope sways, m.
     pub endoscope_port_m: Vec3,
     /// Point on the organ's skin that the hand presses and grasps, m.
     pub target_m: Vec3,
@@ -35,7 +35,8 @@ pub struct HandScript {
 /// A key frame of the hand.
 struct Moment {
     at_s: f32,
-    /// Height of the tip above the skin along the normal; negative is pressed in.
+    /// Height of the tip above the skin, along the normal. Negative: the tip presses into the
+    /// tissue.
     height_mm: f32,
     /// Action until the next key frame.
     name: &'static str,
@@ -49,8 +50,8 @@ const fn moment(at_s: f32, height_mm: f32, name: &'static str) -> Moment {
     }
 }
 
-/// One round of the hand, which contains all actions within 10 s. Between two key frames the hand
-/// moves smoothly and starts and ends at rest.
+/// One round of the hand: all actions within 10 s. Between two key frames the hand moves smoothly,
+/// from rest to rest.
 const ROUND: [Moment; 13] = [
     moment(0.0, 45.0, "rest"),
     moment(0.3, 45.0, "approach"),
@@ -71,7 +72,7 @@ pub const ROUND_S: f32 = 10.0;
 /// Period of the whole motion, s: a whole number of rounds, sways and oscillations of the tremor.
 pub(super) const REPEAT_S: f32 = 630.0;
 /// Intervals with closed jaws, s. The hand presses with closed jaws, because open ones would
-/// straddle the tissue; then the jaws open over the tissue and close on it.
+/// straddle the tissue. Then the jaws open above the tissue and grasp it.
 const CLOSED_S: [std::ops::Range<f32>; 2] = [0.3..4.7, 5.3..8.0];
 /// Interval in which the foot presses the pedal to coagulate, s.
 const COAGULATE_S: std::ops::Range<f32> = 3.3..3.9;
@@ -113,7 +114,7 @@ struct Oscillation {
 }
 
 impl Hand {
-    /// Makes a hand, after a check that the devices reach the script's workplace.
+    /// Makes a hand. Fails if the devices do not reach the script's workplace.
     pub fn new(script: HandScript, seed: u64) -> Result<Self, HardwareError> {
         let mut random = Random::new(seed, 1);
         let tremor = [(); 3].map(|()| {

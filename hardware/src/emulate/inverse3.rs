@@ -20,7 +20,7 @@ const CATCH_UP_MS: u128 = 50;
 /// Interval at which the thread checks for its end.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
 
-/// Body of the device; figures of the maker where published.
+/// Body of the device. The values are the maker's where it publishes them.
 const BODY: Body = Body {
     mass_kg: 0.1,
     friction_n: 0.1,
@@ -45,7 +45,7 @@ pub enum Misbehaviour {
     Stuck,
     /// Sends nothing.
     Silent,
-    /// Hangs up.
+    /// Closes the connection.
     HangUp,
     /// Sends every message five times.
     Flood,

@@ -1,4 +1,4 @@
-//! The emulated haptic device, steered by a person's wishes, without lines or clocks. Equal wishes
+//! The emulated haptic device in a steered hand, without lines or clocks. Equal steering commands
 //! and forces give equal movements.
 
 use nalgebra::UnitQuaternion;
@@ -17,7 +17,7 @@ pub struct LedHand {
     hand: Hand,
     operated: Operated,
     touch: Touch,
-    /// Last wanted pose of the handle, device frame.
+    /// Last target pose of the handle, device frame.
     wanted: Pose,
 }
 
@@ -37,7 +37,7 @@ pub struct Measured {
 }
 
 impl LedHand {
-    /// A hand at rest at the start of the script. Later wishes are measured from `wish`.
+    /// A hand at rest at the start of the script. Later steering commands count relative to `wish`.
     ///
     /// # Errors
     /// When the devices do not reach the script's workplace.

@@ -33,7 +33,7 @@ pub enum Mistake {
     ForceWeak,
     /// No force at all.
     ForceMissing,
-    /// Forces above 0.6 N with the wrong sign, as of a number that overflows.
+    /// Forces above 0.6 N with the wrong sign, as after an integer overflow.
     ForceOverflows,
     /// Opening 1 shut and 0 wide open.
     OpeningReversed,
@@ -53,13 +53,13 @@ pub enum Mistake {
     WatchdogSlow,
     /// Watchdog that only sets its status bit: the motors keep the force.
     WatchdogInStatusOnly,
-    /// Status says that a force is in effect only if the force is not zero.
+    /// Status that reports a force as in effect only if the force is not zero.
     StatusNonzero,
-    /// Status reports a fault.
+    /// Status that reports a fault all the time.
     Fault,
-    /// Half of the declared samples.
+    /// Half of the declared sample rate.
     RateHalf,
-    /// Positions that never change while the velocity does.
+    /// Positions that never change, although the velocity does.
     Frozen,
     /// Positions that leap by 50 mm for three samples, five times a second.
     Leaps,
@@ -133,7 +133,7 @@ impl Mistake {
 
 /// True watchdog time of a device that declares 50 ms, ms.
 const SLOW_MS: u8 = 95;
-/// Force from which on a force overflows, N.
+/// Force above which the number of a force overflows, N.
 const OVERFLOW_N: f32 = 0.6;
 /// Time for which a flaky watchdog fails, µs.
 const FLAKY_US: u32 = 2_500_000;
@@ -154,7 +154,7 @@ pub(super) struct RigFirmware {
     frozen_at_m: Option<[f32; 3]>,
     confirmed: [u16; LATE_SAMPLES],
     random: Random,
-    /// The last force that a command asked for, N.
+    /// The last commanded force, N.
     commanded_n: Vec3,
 }
 
@@ -218,11 +218,11 @@ impl RigFirmware {
         }
     }
 
-    /// Time that the watchdog sees, µs.
+    /// Time that the watchdog is given, µs.
     fn watched_us(&self, now_us: u32) -> u32 {
         let silent_us = now_us.wrapping_sub(self.heard_us);
         match self.mistake {
-            // Time stands still for this watchdog, so it never acts.
+            // This watchdog's time stands still, so it never acts.
             Some(Mistake::WatchdogMissing) => self.heard_us,
             Some(Mistake::WatchdogFlaky)
                 if !self.trips.is_multiple_of(3) && silent_us < FLAKY_US =>
@@ -337,7 +337,8 @@ impl RigFirmware {
             Some(Mistake::Leaps) if self.samples % 200 < 3 => {
                 motion.position_m = [x + 0.05, y, z];
             }
-            // An even spread of ±1 has a mean square of a third, so three axes have 1.
+            // A uniform distribution over ±1 has a mean square of 1/3, so three axes together have
+            // 1.
             Some(Mistake::Noisy) => {
                 motion.position_m = motion
                     .position_m

@@ -1,9 +1,9 @@
-//! The devices of a station, emulated behind ptys, with a scripted hand on the handle.
+//! Emulates the devices of a station behind ptys, with a scripted hand on the handle.
 //!
-//! Behind each pty runs the device's side of its protocol. For a rig and a pedal this is the code
-//! that their firmware would run ([`crate::rig::device`]). A bird is [`crate::bird::device`], and
-//! [`HapticModel`] lists the haptic devices. A haptic device also has a body with mass and friction
-//! between its motors and the hand. A controller opens these devices like real ones.
+//! Behind each pty runs the device's side of its protocol. For a rig and a pedal this is the
+//! firmware library ([`crate::rig::device`]), for a bird [`crate::bird::device`]. [`HapticModel`]
+//! lists the haptic devices. A haptic device also has a body with mass and friction between its
+//! motors and the hand. A controller opens these devices like real ones.
 
 mod bulk;
 mod electronics;
@@ -102,8 +102,8 @@ pub struct Inside {
 }
 
 const MILLISECOND: Duration = Duration::from_millis(1);
-/// Longest delay that the emulation makes up for, by steps without a pause. After a longer one (the
-/// machine slept) it makes up for nothing: the hand continues where it was.
+/// Longest delay for which the emulation catches up, by steps without a pause. After a longer delay
+/// (the machine slept) it does not catch up: the hand continues where it was.
 const CATCH_UP_LIMIT: Duration = Duration::from_millis(200);
 
 /// Emulates until `stop` is set. Calls `ready` once the lines can be opened.
@@ -119,8 +119,9 @@ pub fn run(
     emulate(config, stop, &mut || None, ready, &mut |_| {})
 }
 
-/// Like [`run`], with a person who can steer the hand. `wish` is called every millisecond. Its
-/// first wish ends the script. From then on the hand holds still while `wish` returns `None`.
+/// Like [`run`], with a person who can steer the hand. `wish` is called every millisecond and
+/// returns the person's steering command. The first command ends the script. From then on the hand
+/// holds still while `wish` returns `None`.
 pub fn run_steered(
     config: &EmulateConfig,
     stop: &AtomicBool,
@@ -164,7 +165,7 @@ fn emulate(
         }
         station.tick(wish())?;
         watch(station.inside());
-        // A u32 counts the milliseconds of 49 days. Then the count starts anew.
+        // A u32 counts the milliseconds of 49 days. Then the count restarts at 0.
         match tick.checked_add(1) {
             Some(next) => tick = next,
             None => (start, tick) = (Instant::now(), 0),

@@ -7,7 +7,8 @@ use rt_core::port::Buttons;
 use super::hand::{HANDLE_REACH_M, Hand};
 use crate::rig::wire::Switches;
 
-/// A person's wishes: movements summed since the start, so that a lost message loses no movement.
+/// A person's steering command. Movements are sums since the start, so that a lost message loses no
+/// movement.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Wish {
     /// Movement of the instrument's tip along the picture's right, its up, and towards the viewer,
@@ -25,13 +26,13 @@ pub struct Wish {
     pub switches: Switches,
 }
 
-/// Smoothing time of a person's movements, ms, because they arrive only at the rate of a screen.
+/// Smoothing time of a person's movements, ms. They arrive only at the frame rate of a screen.
 const SMOOTH_MS: f64 = 20.0;
 /// Fastest movement, m/s, well below the speed at which the safety chain cuts the force.
 const SPEED_MAX_M_S: f64 = 0.4;
 /// Fastest turn, rad/s.
 const TURN_MAX_RAD_S: f64 = 2.0;
-/// Largest backlog of movement, in seconds at full speed; the rest is dropped.
+/// Largest movement still to be made, in seconds at full speed. A larger movement is cut.
 const BEHIND_MAX_S: f64 = 0.125;
 /// Smallest distance of tip and handle from the trocar, m.
 const PORT_CLEAR_M: f32 = 0.03;
@@ -48,7 +49,7 @@ struct Pending {
 }
 
 impl Pending {
-    /// Part of the movement done in this millisecond, given the new sum and the largest speed.
+    /// Takes the new sum and returns the part of the movement to be made in this millisecond.
     fn step(&mut self, asked: f64, speed_max: f64) -> f64 {
         if !asked.is_finite() {
             return 0.0;
@@ -96,8 +97,8 @@ impl Operated {
         }
     }
 
-    /// Advances one millisecond. Without a wish (its sender is silent) the hand holds still and the
-    /// foot leaves the pedal.
+    /// Advances one millisecond. Without a steering command (its sender is silent) the hand holds
+    /// still and the foot leaves the pedal.
     pub(super) fn follow(&mut self, wish: Option<&Wish>, hand: &Hand) {
         let Some(wish) = wish else {
             self.switches = Switches::default();
@@ -226,7 +227,7 @@ mod tests {
     }
 
     proptest! {
-        /// For any wish the handle stays in the device's reach and moves without jumps.
+        /// For any steering command the handle stays in the device's reach and moves without jumps.
         #[test]
         fn operated_hand_stays_within_reach(
             asked in prop::collection::vec(([-1.0f64..1.0, -1.0..1.0, -1.0..1.0], any::<f64>(), any::<f64>()), 1..20),

@@ -1,5 +1,5 @@
-//! A haptic device and its line in memory, with a clock that the test advances. Tests use it to
-//! send any bytes to a driver without terminals, threads or waiting.
+//! A haptic device and its line in memory, with a clock that the caller advances. Tests use it to
+//! test a driver, with any bytes, without terminals, threads or waiting.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -47,7 +47,7 @@ struct Device {
 enum Squeeze {
     Shut,
     Open,
-    /// A place, m from half open.
+    /// Pull to a position, m from half open.
     To(f32),
 }
 
@@ -58,7 +58,7 @@ pub struct PlayedBody {
     pub body: Body,
     /// Hand at the handle.
     pub grip: Grip,
-    /// Place at which the handle begins, m.
+    /// Initial position of the handle, m.
     pub start_m: Vec3,
     /// Constant force on the handle, N.
     pub load_n: Vec3,
@@ -181,13 +181,14 @@ impl Played {
         Ok((driver, Self { end }))
     }
 
-    /// Puts any bytes on the line to the driver.
+    /// Sends any bytes to the driver.
     pub fn say(&self, bytes: &[u8]) {
         let now_ns = self.now_ns();
         self.end.heard.put(bytes, now_ns);
     }
 
-    /// Advances one millisecond. A device that `speaks` reports unasked, if its protocol does that.
+    /// Advances one millisecond without movement. If `speaks`, the device sends a sample, if its
+    /// protocol does so without a request.
     pub fn millisecond(&self, speaks: bool) {
         let mut device = self.end.device();
         device.now_ns += 1_000_000;
@@ -246,7 +247,7 @@ impl Played {
         self.end.device().squeeze = if shut { Squeeze::Shut } else { Squeeze::Open };
     }
 
-    /// Lets the fingers pull a handle that opens towards a place, m from half open.
+    /// Lets the fingers pull a handle that opens towards a position, m from half open.
     pub fn squeeze_to(&self, wanted_m: f32) {
         self.end.device().squeeze = Squeeze::To(wanted_m);
     }
@@ -276,7 +277,7 @@ impl Played {
         self.end.device().now_ns
     }
 
-    /// Motor command now, as a share of the largest command that the station may give.
+    /// Motor command now, as a share of the largest permitted command.
     #[must_use]
     pub fn strain(&self) -> f32 {
         let mut device = self.end.device();

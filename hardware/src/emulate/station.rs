@@ -34,7 +34,7 @@ const PEDAL_PERIOD: u64 = 10;
 const ABANDONED_MS: u32 = 1000;
 /// Noise of the bird, m.
 const TRACKER_NOISE_M: f32 = 0.1e-3;
-/// Interval at which the exclusive use that a killed controller left on a line is lifted, ms.
+/// Interval at which [`Pty::lift_exclusive_use`] is called, ms.
 const EXCLUSIVE_PERIOD: u64 = 50;
 
 /// All emulated devices.
@@ -45,10 +45,10 @@ pub(super) struct Station {
     started: Instant,
     tick: u64,
     hand: Hand,
-    /// Set once a person steers.
+    /// `None` until a person steers.
     operated: Option<Operated>,
     hand_time_ms: u32,
-    /// Last wanted pose of the handle, device frame.
+    /// Last target pose of the handle, device frame.
     wanted: Pose,
     silent_ms: u32,
     touch: Touch,
@@ -144,8 +144,8 @@ impl Station {
         self.tick as f64 * 1e-3
     }
 
-    /// The script goes on while a controller renders forces, unless the hand is parked. After a
-    /// second of silence the hand begins anew.
+    /// The script goes on while a controller commands forces, unless the hand is parked. After a
+    /// second of silence the script restarts.
     fn follow_controller(&mut self) {
         if self.haptic.is_commanded() {
             self.silent_ms = 0;
@@ -161,7 +161,7 @@ impl Station {
         }
     }
 
-    /// The first wish ends the script.
+    /// Starts steering with the first command, and follows every command.
     fn follow_person(&mut self, wish: Option<&Wish>) {
         if let (None, Some(wish)) = (&self.operated, wish) {
             let tip_m = self.hand.intent(self.hand_time_s()).tip_m;
@@ -303,7 +303,7 @@ fn record(tracker_from_sensor: Pose, noise_m: Vec3) -> Record {
     }
 }
 
-/// A line that is connected or, during a hang-up, not connected.
+/// A line; `pty` is `None` during a hang-up.
 struct Plug {
     path: PathBuf,
     pty: Option<Pty>,
@@ -323,7 +323,7 @@ impl Plug {
         self.line.send(frame.as_bytes(), time_s);
     }
 
-    /// Hangs up and comes back as the faults demand; reads the controller's bytes.
+    /// Hangs up or reconnects as the faults demand, then reads the controller's bytes.
     fn read(&mut self, bytes: &mut [u8], tick: u64) -> Result<usize, HardwareError> {
         let at_s = tick as f32 * 1e-3;
         let faults = *self.line.faults();
@@ -379,5 +379,5 @@ fn lock(directory: &Path) -> Result<File, HardwareError> {
 
 const _: () = assert!(
     State::POSITION_LIMIT_M > 0.2,
-    "the handle's whole reach travels"
+    "a STATE can carry every position of the handle"
 );

@@ -3,7 +3,7 @@
 
 use rt_core::math::Vec3;
 
-/// Steps per millisecond.
+/// Integration steps per millisecond.
 const SUBSTEPS: u32 = 10;
 /// Length of one step, s.
 const STEP_S: f32 = 1e-3 / SUBSTEPS as f32;
@@ -65,7 +65,7 @@ impl Grip {
 
 /// Stiffness of the mechanical stops, N/m.
 const STOP_STIFFNESS_N_M: f32 = 8000.0;
-/// Averaging time of the motors' heat, s.
+/// Thermal time constant of the motors, s.
 const HEAT_TIME_S: f32 = 20.0;
 /// Weight of the newest speed in the reported velocity, which is smoothed as in the vendor's
 /// driver.
@@ -80,9 +80,9 @@ pub struct Touch {
     velocity_m_s: Vec3,
     measured_m: Vec3,
     measured_velocity_m_s: Vec3,
-    /// Force asked for in the last millisecond; the motors respond one millisecond later.
+    /// Force that was commanded in the last millisecond. The motors respond one millisecond later.
     pending_n: Vec3,
-    /// Average of the squared force, N².
+    /// Low-pass filtered square of the force, N². It models the motors' heat.
     heat_n2: f32,
     /// Constant force on the handle, N.
     load_n: Vec3,

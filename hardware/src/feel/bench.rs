@@ -7,8 +7,8 @@ use rt_core::time::TimeNs;
 
 use super::{Answer, Guide, Left, Live, Question, Squeezed, Step};
 
-/// Largest distance that the handle may move during a push, m. A hand that holds the handle loosely
-/// yields less.
+/// Largest distance that the handle may move during a push, m. Even a loosely held handle moves
+/// less.
 const RUN_OFF_M: f32 = 0.04;
 /// Largest speed of the handle during a push, m/s.
 const RUN_OFF_M_S: f32 = 0.6;
@@ -20,7 +20,7 @@ const SILENT_MS: u32 = 1000;
 /// Reason for which the test ended early.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Broken {
-    /// The person asked for the end, or answered no more.
+    /// The person stopped the test, or no longer answered.
     Stopped,
     /// The line was lost.
     Lost,
@@ -28,7 +28,7 @@ pub enum Broken {
     Silent,
     /// The driver or the device reported this fault.
     Fault(Fault),
-    /// The handle ran off under a small force.
+    /// The handle moved too far or too fast under a small force.
     RanOff,
 }
 
@@ -95,7 +95,7 @@ impl<'a> Bench<'a> {
         self.guide
     }
 
-    /// `wanted_n`, or less if the device cannot hold that force.
+    /// `wanted_n`, limited to half of the peak force and to the continuous force.
     pub(super) fn bearable_n(&self, wanted_n: f32) -> f32 {
         let can = self.capabilities();
         wanted_n
@@ -139,7 +139,7 @@ impl<'a> Bench<'a> {
             self.live.velocity_m_s = self.device.reported_velocity_m_s();
         }
         self.guide.live(&self.live);
-        // A device that answers commands only sends nothing without one.
+        // A device that only answers commands sends no samples while it gets none.
         self.silent_ms = match force_n {
             Some(_) => self.silent_ms + 1,
             None => 0,
@@ -168,7 +168,7 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Tells the person a step and waits with this force until the step is done. `each` gets the
+    /// Shows the person a step and applies this force until the step is done. `each` gets the
     /// samples.
     pub(super) fn until_done(
         &mut self,
@@ -215,13 +215,13 @@ impl<'a> Bench<'a> {
         Ok(())
     }
 
-    /// Tells the person a step and waits without force until the step is done.
+    /// Shows the person a step and waits without force until the step is done.
     pub(super) fn until_still(&mut self, step: &Step) -> Result<(), Broken> {
         self.until_done(step, Vec3::zeros(), |_| {})
     }
 
-    /// Sends nothing until the guide has answered whether the handle still pushes, but at least
-    /// for `ms` milliseconds. If the handle runs off, its force ends.
+    /// Sends nothing for `ms` milliseconds. Then asks the guide whether the handle still pushes,
+    /// and sends nothing until the answer comes. If the handle runs off, this ends early.
     pub(super) fn left(&mut self, ms: u32) -> Result<Option<Left>, Broken> {
         let start = self.before;
         for at_ms in 0..PATIENCE_MS {

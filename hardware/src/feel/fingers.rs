@@ -1,5 +1,5 @@
 //! Tests a handle that opens and shuts: the opening that it reports at both ends, and the sign of
-//! its force; with a sensor, the size of its force, too.
+//! its force. A sensor also measures the size of the force.
 
 use super::bench::{Bench, Broken};
 use super::pushes::{PUSH_MS, share};
@@ -17,11 +17,11 @@ pub const COUNT: usize = 2;
 const SHUT_MAX: f32 = 0.2;
 /// Least opening that a wide open handle may report.
 const OPEN_MIN: f32 = 0.8;
-/// The opening at the end of a step is the mean of this many last samples.
+/// Number of last samples whose mean is the opening at the end of a step.
 const END_SAMPLES: usize = 50;
-/// A sensor that measures less than this share of the force asked for has felt nothing.
+/// Share of the commanded force below which a measured force counts as none.
 const FELT: f32 = 0.1;
-/// Allowed measured force as a share of the force asked for.
+/// Allowed measured force as a share of the commanded force.
 const SIZE: core::ops::RangeInclusive<f32> = 0.8..=1.25;
 
 /// Judges a handle that opens, if the device has one. `seed` decides the order of the pushes.
@@ -41,7 +41,7 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Res
         return Ok(());
     }
     let force_n = PUSH_N.min(can.force_max_n);
-    // The pushes of the hand take their order from `seed % 6`.
+    // `seed % 6` decides the order of the hand's pushes, so the next bit decides this order.
     let mut order = PUSHES;
     if seed / 6 % 2 == 1 {
         order.reverse();

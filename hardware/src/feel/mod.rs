@@ -1,8 +1,8 @@
 //! Tests axes, units and signs of positions and forces, before anybody trusts a device.
 //!
 //! A person moves the handle and says in which direction it pushes. A program with a sensor may do
-//! both. A force is at most 0.5 N, one of them 2 N; a force that opens or shuts the handle is at
-//! most 1 N. The test ends a force when the handle moves too far or too fast.
+//! both. Forces are at most 0.5 N, except one push of 2 N. A force that opens or shuts the handle
+//! is at most 1 N. The test ends a force when the handle moves too far or too fast.
 
 mod bench;
 mod fingers;
@@ -221,7 +221,7 @@ pub enum Left {
 pub enum Question {
     /// Direction in which the handle pushed.
     Pushed,
-    /// Way in which the handle pushed the fingers: open or shut.
+    /// Direction in which the handle pushed the fingers: open or shut.
     Squeezed,
     /// Is there a scale to press on?
     HasScale,

@@ -17,11 +17,11 @@ const MOVES: [(Direction, &str); COUNT] = [
 /// Least share of a movement that must lie along its axis. A person who moves to the right deviates
 /// from the axis by 35° at most.
 const ALONG_MIN: f32 = 0.8;
-/// Allowed length of a move as a share of the length asked for. The range is wide, because people
+/// Allowed length of a move as a share of the requested length. The range is wide, because people
 /// measure with a ruler.
 const SCALE: core::ops::RangeInclusive<f32> = 0.7..=1.4;
-/// Length below which a movement is reported as too small and its direction is not judged, m, if it
-/// is also less than 1/500 of the length asked for.
+/// Length below which a movement may be reported as too small, m. It must also be less than 1/500
+/// of the requested length. Its direction is then not judged.
 const WAY_MIN_M: f32 = 0.5e-3;
 /// Number of samples whose mean is the place at the beginning or the end of a move.
 const PLACE_SAMPLES: usize = 50;
@@ -62,7 +62,7 @@ fn passed_s(before: &Seen, now: &Seen) -> f32 {
     }
 }
 
-/// Vector from the place at the beginning of a move to that at its end, m.
+/// Vector from the beginning of a move to its end, m.
 fn way(samples: &[Seen]) -> Vec3 {
     let place = |some: &[Seen]| {
         let sum: Vec3 = some.iter().map(|it| it.at_m).sum();

@@ -14,7 +14,7 @@ const PUSHES: [(Direction, &str); COUNT] = [
     (Direction::Up, "push up"),
     (Direction::Towards, "push towards"),
 ];
-/// Time in which a push rises, and in which it falls, ms. A hand does not jerk at such a slow push.
+/// Time in which a push rises, and in which it falls, ms. So slow a push does not make a hand jerk.
 const RISE_MS: u32 = 300;
 /// Time for which a push stays at its full force, ms. A person feels a direction within half a
 /// second.
@@ -23,11 +23,11 @@ const STAY_MS: u32 = 1000;
 pub(super) const PUSH_MS: u32 = 2 * RISE_MS + STAY_MS;
 /// Force on a scale, N. A kitchen scale shows 51 g.
 const PRESS_N: f32 = 0.5;
-/// Force of the hard push, N: a hand that holds firmly bears it.
+/// Force of the hard push, N. A firm hand can hold against it.
 const HARD_N: f32 = 2.0;
-/// A sensor that measures less than this share of the force asked for has felt nothing.
+/// Share of the commanded force below which a measured force counts as none.
 const FELT: f32 = 0.1;
-/// Allowed size of a measured force as a share of the size asked for.
+/// Allowed measured force as a share of the commanded force.
 const SIZE: core::ops::RangeInclusive<f32> = 0.8..=1.25;
 
 /// Judges three pushes in an order that `seed` decides.
@@ -54,7 +54,7 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Res
     Ok(())
 }
 
-/// Judges one push that is as hard as the test may be, in a direction that `seed` decides. Some
+/// Judges one push with the largest force of the test, in a direction that `seed` decides. Some
 /// mistakes, such as a number that overflows, show in large forces only.
 pub(super) fn test_hard(
     bench: &mut Bench<'_>,

@@ -19,7 +19,8 @@ const SINE_MS: u32 = 2500;
 const CHIRP_HZ: (f32, f32) = (1.0, 30.0);
 /// Length of the chirp, ms.
 const CHIRP_MS: u32 = 4000;
-/// Smallest answer (see [`answer`]) that is judged, m. A smaller one may be noise or backlash.
+/// Smallest displacement (see [`answer`]) that is judged, m. A smaller one may be noise or
+/// backlash.
 const ANSWER_MIN_M: f32 = 0.2e-3;
 
 /// A moment of the response, along x.
@@ -54,8 +55,8 @@ fn share(ms: u32) -> f32 {
     (turn * (from_hz * s + 0.5 * rate * s * s)).sin()
 }
 
-/// Pushes to and fro along x and judges whether the handle follows the steps. If the pushes end
-/// early, `points` holds what was recorded until then.
+/// Pushes to and fro along x and judges whether the handle follows the steps. `points` gets the
+/// recording, even if the pushes end early.
 pub(super) fn test(
     bench: &mut Bench<'_>,
     report: &mut Report,

@@ -1,5 +1,5 @@
 //! Tests whether the device drops a force when no command comes. A watchdog that only sets its
-//! status bit, while the motors keep the force, is none.
+//! status bit while the motors keep the force fails.
 
 use rt_core::math::Vec3;
 
@@ -11,13 +11,14 @@ use crate::conformance::Report;
 const NAME: &str = "silence";
 /// Force before the silence, N.
 const FORCE_N: f32 = 0.5;
-/// Time in which the force rises, and for which it then stays, ms. A hand feels it end after that.
+/// Time in which the force rises, and for which it then stays, ms. A hand feels the end of such a
+/// push.
 const RISE_MS: u32 = 300;
 const STAY_MS: u32 = 700;
 /// Time without a command after which the force must be gone, ms: the longest watchdog is 100 ms,
 /// and motors need some time.
 const SILENT_MS: u32 = 150;
-/// A sensor that measures less than this share of the force has felt nothing.
+/// Share of the commanded force below which a measured force counts as none.
 const FELT: f32 = 0.1;
 
 /// Pushes, sends nothing more, and judges whether the push has ended.

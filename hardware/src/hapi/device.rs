@@ -1,5 +1,5 @@
-//! The board's side of the protocol, for the emulator. It reproduces two flaws of the firmware: the
-//! last torque stays, and missing bytes are misread.
+//! The board's side of the protocol. The emulator uses it. It reproduces two flaws of the firmware:
+//! the last torque stays, and missing bytes are misread.
 
 use std::collections::VecDeque;
 
@@ -58,10 +58,10 @@ enum Floats {
 }
 
 impl Board {
-    /// Takes the host's bytes and answers every torque command; `angles_deg` are the arms' angles
+    /// Takes the host's bytes and answers every torque command. `angles_deg` are the arms' angles,
     /// by port.
     ///
-    /// The firmware waits for floats but not for single bytes: a missing byte reads as FF.
+    /// Like the firmware, it waits for floats but not for single bytes. A missing byte reads as FF.
     pub fn receive(
         &mut self,
         bytes: &[u8],

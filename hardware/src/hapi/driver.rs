@@ -22,18 +22,18 @@ pub(crate) const BAUD: u32 = 115_200;
 const NAME: &str = "Haply hAPI board";
 /// Longest handshake. The firmware waits up to 1 s for the rest of a broken command.
 const HANDSHAKE: Duration = Duration::from_secs(3);
-/// Longest wait for an answer. A board answers within a millisecond; a busy host may notice later.
+/// Longest wait for an answer. A board answers within a millisecond; a busy host may read it later.
 const ANSWER: Duration = Duration::from_millis(150);
 /// Time after which the board has read everything and expects a command.
 const SETTLED: Duration = Duration::from_millis(5);
 /// Number of requests without a complete answer after which the board is set up anew.
 const ROUNDS: u32 = 8;
 /// Angles for a board that does not know its own. No arm can turn this far, so neither these angles
-/// nor later ones relative to them pass for real ones.
+/// nor later ones relative to them are mistaken for real ones.
 const UNKNOWN_DEG: [f32; ARMS] = [560.0; ARMS];
-/// Largest angle of any arm of any generation from the line of the motors, degrees.
+/// Largest angle between an arm and the line of the motors, in any generation, degrees.
 const TURN_MAX_DEG: f32 = 390.0;
-/// Zeros that complete any broken command with floats near zero. The board reads the remaining
+/// Zeros that complete any incomplete command with floats near zero. The board reads the remaining
 /// zeros as resets.
 const ZEROS: [u8; SET_UP_BYTES] = [0; SET_UP_BYTES];
 /// Largest number of bytes that one poll reads: 56 answers.
@@ -171,11 +171,13 @@ impl HapiHaptic {
         }
     }
 
-    /// Waits until the board has certainly received a zero torque, without setting it up. So a slow
-    /// board keeps its angles. Returns `None` if the board is not set up, or is silent for long.
+    /// Waits until the board has certainly received a zero torque. It does not set the board up, so
+    /// a slow board keeps its angles. Returns `None` if the board is not set up, or does not answer
+    /// for long.
     fn settle(&mut self, heard: &mut u64) -> Result<Option<[f32; ARMS]>, HardwareError> {
-        // The first answer may belong to another host's broken command, whose rest then resets the
-        // board with the motors on. Only a second answer proves that the zero arrived.
+        // The first answer may belong to an incomplete command of another host. Our zeros then
+        // complete that command, and their rest resets the board with the motors on. Only a second
+        // answer proves that the zero torque arrived.
         let mut is_sure = false;
         for _ in 0..ROUNDS {
             match self.answer(heard)? {
@@ -189,9 +191,8 @@ impl HapiHaptic {
         Ok(None)
     }
 
-    /// Brings the board from any state to zero torque, and requests an answer. The set-up is
-    /// necessary, because only a board that is set up takes a torque, and a reset leaves the motors
-    /// on.
+    /// Brings the board from any state to zero torque, and requests an answer. A reset would leave
+    /// the motors on, and only a board that is set up takes a torque. So the board is set up first.
     fn begin(&mut self, angles_deg: [f32; ARMS]) {
         self.line.write(&ZEROS);
         self.owed = 0;
@@ -274,9 +275,9 @@ impl HapiHaptic {
 }
 
 impl Drop for HapiHaptic {
-    /// Sends zero torque, because the board would hold its last torque for ever. A board that lost
-    /// its angles is first set up with impossible ones, because only a board that is set up takes a
-    /// torque.
+    /// Sends zero torque, because the board would hold its last torque for ever. Only a board that
+    /// is set up takes a torque. So a board that lost its angles is first set up with impossible
+    /// ones.
     fn drop(&mut self) {
         self.write([0.0; ARMS], 0);
         if self.is_silent && matches!(self.settle(&mut 0), Ok(None)) {
@@ -340,13 +341,13 @@ impl HapticDevice for HapiHaptic {
                 None => self.counters.bad_frames += 1,
             }
         }
-        // Answers arrive whole or not at all. A leftover part must not pass for the beginning of
+        // Answers arrive whole or not at all. A leftover part must not be read as the beginning of
         // the next answer.
         if count > 0 && self.reader.waiting() > 0 && now_ns.saturating_sub(at_ns) > LEFT_OVER_NS {
             self.counters.bad_frames += 1;
             self.reader.clear();
         }
-        // The board counts as lost even if bytes come, because a board that is no longer set up
+        // Bytes alone do not show that the board still works: a board that is no longer set up
         // answers with our id only.
         let is_overdue = |asked_ns| now_ns.saturating_sub(asked_ns) > LOST_NS;
         if !self.is_silent && self.asked_ns.is_some_and(is_overdue) {

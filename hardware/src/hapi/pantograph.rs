@@ -12,8 +12,8 @@ use rt_core::math::Vec3;
 
 use super::wire::{ARMS, Port};
 
-/// Smallest sine of the angle between the far arms at which force is rendered. If the far arms are
-/// nearer to one line, the torques for a force grow beyond what the motors bear.
+/// Smallest sine of the angle between the far arms at which force is rendered. At a smaller angle,
+/// the torques for a force exceed what the motors can render.
 const STRETCHED: f64 = 0.1;
 
 /// Arms, encoders, drives and limits of one generation.
@@ -156,8 +156,8 @@ impl Pantograph {
     }
 
     /// Angles of arms 1 and 2, degrees, for a handle position in the base frame. The height of the
-    /// position is ignored. If an arm does not reach the position, its angle is taken at the
-    /// nearest distance that it reaches.
+    /// position is ignored. If an arm cannot reach the position, its angle is computed for the
+    /// nearest distance within its reach.
     #[must_use]
     pub fn angles_deg(&self, position_m: Vec3) -> [f32; ARMS] {
         let [x, y] = self.origin_m;

@@ -11,9 +11,9 @@
 //! Floats are little-endian. A board that this `id` has not set up takes no torques and answers
 //! with the `id` only. It reads the rest of the command as new commands: two zeros are a reset.
 
-/// Calot's id on the board. As the upper byte of a float, where a lost byte may put it, it makes a
-/// negligible torque (1e-22 N m). It also distinguishes our set-up from other programs' (Haply's
-/// examples use 5).
+/// Calot's id on the board. If a byte is lost, the id may become the upper byte of a float. The
+/// torque is then negligible (1e-22 N m). The id also distinguishes our set-up from that of other
+/// programs (Haply's examples use 5).
 pub const ID: u8 = 0x1C;
 /// Motors and encoders in use.
 pub const ARMS: usize = 2;
@@ -90,8 +90,8 @@ pub fn torques(torque_nm: [f32; ARMS]) -> [u8; TORQUES_BYTES] {
 }
 
 /// Rounds the torque towards zero in steps of less than 1 %, so that its two lower bytes are zero.
-/// Losing one or two bytes on the way then shifts zeros into the float's upper bytes and makes no
-/// torque.
+/// If one or two bytes are lost on the way, zeros shift into the float's upper bytes, and the
+/// torque is nearly zero.
 fn coarse(torque_nm: f32) -> f32 {
     if torque_nm.is_finite() {
         f32::from_bits(torque_nm.to_bits() & 0xFFFF_0000)

@@ -1,10 +1,10 @@
-//! Requests of a client, cut out of its stream of bytes.
+//! Splits a client's stream of bytes into requests.
 
 use super::wire::{self, HEADER_BYTES, Header, Version};
 
-/// Largest body that is kept, bytes. The content of a larger one is passed over.
+/// Largest body that is kept, bytes. The content of a larger one is skipped.
 const KEPT_BYTES: usize = 4096;
-/// Largest body that a header may announce, bytes. One that announces more is taken for noise.
+/// Largest body that a header may announce, bytes. A header that announces more counts as noise.
 const BODY_MAX: u64 = 1 << 32;
 
 /// Next thing in a client's stream.
@@ -17,7 +17,7 @@ pub(super) enum Heard {
         /// Its type.
         kind: String,
     },
-    /// No header: the rest of the stream cannot be understood.
+    /// Bytes that are no header. The rest of the stream cannot be parsed.
     Noise,
 }
 
@@ -28,17 +28,17 @@ pub(super) struct Request {
     pub(super) version: Version,
     /// Type of message.
     pub(super) kind: String,
-    /// Name of the device that is asked for; may be empty.
+    /// Name of the requested device; may be empty.
     pub(super) name: String,
-    /// Content; empty if it was larger than a request's may be.
+    /// Content; empty if the body was larger than [`KEPT_BYTES`].
     pub(super) content: Vec<u8>,
 }
 
-/// Bytes of a client that are not understood yet.
+/// Bytes of a client that are not parsed yet.
 #[derive(Debug, Default)]
 pub(super) struct Inbox {
     bytes: Vec<u8>,
-    /// Bytes of a large body that still have to be passed over.
+    /// Bytes of a large body that are still to be skipped.
     to_pass: u64,
     is_noise: bool,
 }
@@ -54,12 +54,12 @@ impl Inbox {
         self.bytes.extend(bytes.iter().skip(passed));
     }
 
-    /// False while whole messages wait to be taken: nothing more should be read.
+    /// False if so many bytes wait that no more should be read.
     pub(super) fn has_room(&self) -> bool {
         self.bytes.len() < HEADER_BYTES + KEPT_BYTES
     }
 
-    /// The next message, if all of it is here.
+    /// The next message, if it has arrived completely.
     pub(super) fn next(&mut self) -> Option<Heard> {
         let (head, rest) = self.bytes.split_first_chunk::<HEADER_BYTES>()?;
         let header = Header::read(head).filter(|header| header.body_bytes <= BODY_MAX);
@@ -105,7 +105,7 @@ impl Inbox {
 /// Content of `STT_TDATA`: a client asks for tracking data.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct StartTracking {
-    /// Shortest time between two messages, ms; 0: each that there is.
+    /// Shortest time between two messages, ms; 0: all messages.
     pub(super) resolution_ms: i32,
     /// Name of the frame, in capitals.
     pub(super) frame: String,

@@ -34,7 +34,7 @@ const LET_GO: Duration = Duration::from_millis(30);
 const ANSWER: Duration = Duration::from_millis(100);
 /// Longest time for reading a backlog up to its newest message.
 const CATCH_UP: Duration = Duration::from_millis(20);
-/// Time limit of the thread's last command before the socket is closed.
+/// Time limit for the thread's last command, after which the socket is closed.
 const LAST_WORDS: Duration = Duration::from_millis(50);
 /// Interval between two commands.
 const PERIOD: Duration = Duration::from_millis(1);
@@ -46,7 +46,8 @@ const MESSAGE_BYTES: usize = 1 << 20;
 /// Farthest plausible position from the middle, in workspace radii.
 const REACH: f32 = 3.0;
 
-/// The maker states a peak of 10 N, of which half is taken; the continuous force is not published.
+/// Capabilities of an Inverse3. The maker states a peak of 10 N; this driver uses half of it. The
+/// continuous force is not published.
 const CAPABILITIES: DeviceCapabilities = DeviceCapabilities {
     opening: Opening::NONE,
     force_max_n: 5.0,
@@ -65,7 +66,7 @@ const CAPABILITIES: DeviceCapabilities = DeviceCapabilities {
 pub struct Inverse3Haptic {
     path: PathBuf,
     shared: Arc<Shared>,
-    /// Handle for closing the socket while the thread waits for data.
+    /// Second handle of the socket, with which `drop` closes it while the thread waits for data.
     socket: TcpStream,
     thread: Option<JoinHandle<()>>,
     last_turn: u32,
@@ -198,7 +199,7 @@ fn connect(name: &str) -> Result<WebSocket<Timed>, String> {
         .map_err(|error| format!("no WebSocket service listens there: {error}"))
 }
 
-/// Next text; `None` when binary data came. Ends at the socket's time limit.
+/// Next text message; `None` if it is binary. Fails at the socket's time limit.
 fn receive(socket: &mut WebSocket<Timed>) -> Result<Option<String>, Error> {
     loop {
         match socket.read()? {
@@ -215,10 +216,10 @@ fn is_late(error: &Error) -> bool {
         if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut))
 }
 
-/// Newest of all texts that have arrived. Waits for the first one, and sends `let_go` when that
-/// takes longer than [`LET_GO`]. Reading only one text per command would fall ever further behind a
-/// service that sends more than one answer per command. `None` when the newest message is not text,
-/// or the backlog has no end.
+/// Newest of all texts that have arrived. Waits for the first one, and sends `let_go` if that takes
+/// longer than [`LET_GO`]. A service may send more than one answer per command, so reading one text
+/// per command would fall ever further behind. `None` if the newest message is not text, or if the
+/// backlog has no end.
 fn newest(
     socket: &mut WebSocket<Timed>,
     let_go: impl Fn() -> Frame,

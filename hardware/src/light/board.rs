@@ -9,11 +9,11 @@ use super::sensor::{LightInput, Seen};
 use crate::HardwareError;
 use crate::rig::RigPedal;
 
-/// The sensor on a pedal: any pressed switch is light.
+/// A sensor on a pedal's switches: any pressed switch means light.
 #[derive(Debug)]
 pub struct PedalLight<P>(P);
 
-/// The sensor on a board that speaks the rig protocol.
+/// A sensor on a board that speaks the rig protocol.
 pub type BoardLight = PedalLight<RigPedal>;
 
 impl BoardLight {

@@ -9,7 +9,7 @@ use serialport::{SerialPort, TTYPort};
 use super::sensor::{LightInput, Seen};
 use crate::HardwareError;
 
-/// Time in which the feeding wires settle.
+/// Time after which the pins have settled, once RTS and DTR are high.
 const SETTLE: Duration = Duration::from_millis(10);
 
 /// Input pins of a serial port.
@@ -38,7 +38,7 @@ impl Pin {
     }
 }
 
-/// Reads a pin. This is a trait because ptys have none, so that tests bring their own.
+/// Reads a pin. It is a trait because a pty has no such pins: tests implement it.
 pub trait PinReader: Send {
     /// True if the pin is high.
     ///
@@ -68,14 +68,14 @@ pub struct PinLight<P> {
 }
 
 impl PinLight<TTYPort> {
-    /// Opens the port, and feeds the sensor from RTS and DTR.
+    /// Opens the port, and powers the sensor from RTS and DTR.
     ///
     /// # Errors
     ///
     /// A port that does not open, or that has no such pins (a pty).
     pub fn open(path: &Path, pin: Pin) -> Result<Self, HardwareError> {
         let mut port = crate::line::open_port(path, 9600)?;
-        // Without these wires the sensor needs a feed of its own.
+        // A port without these wires is allowed: the sensor may have a power supply of its own.
         let _ = port.write_request_to_send(true);
         let _ = port.write_data_terminal_ready(true);
         std::thread::sleep(SETTLE);
@@ -87,7 +87,7 @@ impl PinLight<TTYPort> {
 }
 
 impl<P: PinReader> PinLight<P> {
-    /// The sensor on a pin of any port.
+    /// Sensor on a pin of any port.
     ///
     /// # Errors
     ///

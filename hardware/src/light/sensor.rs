@@ -13,15 +13,16 @@ use super::edge::Edge;
 use super::sound::Sound;
 use crate::line::now_ns;
 
-/// Pause between two looks at an input.
+/// Pause between two reads of an input.
 const LOOK_EVERY: Duration = Duration::from_micros(100);
-/// Bytes of sound that are read at once. Few, so that their arrival tells their time.
+/// Largest number of bytes of sound that are read at once. They are few, so that the arrival of a
+/// block gives the time of its samples.
 const CHUNK: usize = 512;
 
-/// Result of a look at a sensor.
+/// Result of reading a sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Seen {
-    /// The sensor has said nothing new.
+    /// Nothing new.
     Nothing,
     /// The sensor's state at this time.
     Level {
@@ -34,14 +35,14 @@ pub enum Seen {
     Lost,
 }
 
-/// A sensor that has a state. This is a trait because ptys have no modem pins and test machines no
-/// photodiode, so that tests bring their own.
+/// A sensor with two states, dark and bright. It is a trait because ptys have no modem pins and
+/// test machines no photodiode: tests implement it.
 pub trait LightInput: Send {
-    /// Looks at the sensor.
+    /// Reads the sensor without waiting.
     fn look(&mut self, now_ns: TimeNs) -> Seen;
 }
 
-/// A sensor with its thread. Dropping it ends the thread, if it looks at an input.
+/// A sensor with its thread. Dropping it ends a thread of [`Self::watch`].
 #[derive(Debug)]
 pub struct Sensor {
     edges: Receiver<Edge>,
@@ -50,7 +51,7 @@ pub struct Sensor {
 }
 
 impl Sensor {
-    /// Starts to look at an input ten times in a millisecond.
+    /// Starts a thread that reads an input up to ten times per millisecond.
     ///
     /// # Errors
     ///
@@ -83,15 +84,15 @@ impl Sensor {
         })
     }
 
-    /// Starts to read sound: 16-bit samples, little-endian, one channel, as `arecord -f S16_LE`
-    /// writes them.
+    /// Starts a thread that reads sound: 16-bit samples, little-endian, one channel, as `arecord -f
+    /// S16_LE` writes them.
     ///
     /// # Errors
     ///
     /// The system's, if it has no thread left.
     pub fn listen(from: impl Read + Send + 'static, rate_hz: u32) -> std::io::Result<Self> {
         let (tell, edges) = mpsc::channel();
-        // The thread may wait in a read for ever, so nobody waits for the thread.
+        // The thread may wait in a read for ever, so `drop` must not wait for it.
         drop(thread(move || listen(from, rate_hz, &tell))?);
         Ok(Self {
             edges,
@@ -188,7 +189,7 @@ mod tests {
         assert_eq!(edge, Some(expected));
     }
 
-    /// Blinks with every tenth look, and is lost at last.
+    /// A light that changes with every tenth read. The sensor is lost after 100 reads.
     struct Blinks(u32);
 
     impl LightInput for Blinks {

@@ -24,8 +24,8 @@ use super::Read;
 const ROOM: usize = 1 << 16;
 /// Largest number of bytes of one read.
 const CHUNK: usize = 4096;
-/// Number of unread bytes above which the old ones are discarded. So many collect only when nobody
-/// has polled for a while.
+/// Number of unread bytes above which the old ones are discarded. So many bytes collect only if
+/// nobody polls for a while.
 const BACKLOG: u64 = 2048;
 /// Number of newest bytes that are kept of such a backlog.
 const BACKLOG_KEPT: u64 = 512;
@@ -78,8 +78,8 @@ impl Bytes {
         self.written.store(written + count, Ordering::Release);
     }
 
-    /// Copies the available bytes into `buffer`. Of more than `BACKLOG` bytes, copies only the
-    /// newest.
+    /// Copies the available bytes into `buffer`. If more than `BACKLOG` bytes wait, it copies only
+    /// the newest.
     fn take(&self, buffer: &mut [u8]) -> (usize, TimeNs) {
         let written = self.written.load(Ordering::Acquire);
         let mut taken = self.taken.load(Ordering::Relaxed);

@@ -34,13 +34,13 @@ pub(crate) struct Line {
     path: PathBuf,
 }
 
-/// The two kinds of line.
+/// Connection of a line: a terminal or memory.
 #[derive(Debug)]
 enum Ends {
     /// A terminal.
     Tty {
-        // Dropped before the port. The inlet's thread also holds the port, which closes with its
-        // last holder.
+        // The order of the fields matters: the inlet is dropped before the port. The inlet's thread
+        // also holds the port, which closes with its last holder.
         inlet: Inlet,
         port: Arc<OwnedFd>,
     },
@@ -51,7 +51,8 @@ enum Ends {
     },
 }
 
-/// A device that a test plays in memory, without a terminal, a thread or a clock of its own.
+/// A device in memory, without a terminal, a thread or a clock of its own. Tests and simulations
+/// use it.
 pub(crate) trait Hears: fmt::Debug + Send + Sync {
     /// Receives the host's bytes.
     fn hear(&self, bytes: &[u8]);

@@ -21,10 +21,10 @@ pub trait ModemLines {
 
 /// Interval between two reads of the wires. It is short against the debouncer's 20 ms.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
-/// The switches count as released when the last reading is older than this, ms.
+/// Age of the last reading above which the switches count as released, ms.
 const SILENT_MS: u64 = 250;
-/// Time after which the wires follow RTS and DTR. An adapter for the USB reports its wires every 16
-/// ms.
+/// Time after which CTS and DSR follow a change of RTS and DTR. A USB adapter reports its wires
+/// every 16 ms.
 const SETTLE: Duration = Duration::from_millis(50);
 /// Bit of [`Looked::found`] for a closed CTS.
 const CTS: u8 = 1;
@@ -109,8 +109,8 @@ fn feed(port: &mut TTYPort, is_on: bool) -> serialport::Result<()> {
     Ok(())
 }
 
-/// Judges the wires while nothing feeds the switches. A driver that reports a wire as on
-/// (Linux's `cdc_acm` does so with CTS) would press the pedal for ever.
+/// Refuses wires that are on while RTS and DTR are off. Some drivers always report a wire as on
+/// (Linux's `cdc_acm` does so with CTS), and the pedal would then be pressed for ever.
 fn judge_unfed([cts, dsr]: [bool; 2]) -> Result<(), String> {
     let wires = match (cts, dsr) {
         (false, false) => return Ok(()),

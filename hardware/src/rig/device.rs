@@ -63,7 +63,7 @@ impl Motion {
     }
 }
 
-/// Counters of the device. They grow, and wrap.
+/// Counters of the device. They wrap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct DeviceCounters {
     /// Messages understood.
@@ -104,8 +104,8 @@ struct Rendered {
 }
 
 impl Device {
-    /// A device that no host has greeted. For a haptic device, a watchdog of 0 or more than
-    /// [`WATCHDOG_LIMIT_MS`] is set to that limit.
+    /// A device that no host has greeted. A haptic device whose watchdog is 0 or longer than
+    /// [`WATCHDOG_LIMIT_MS`] gets that limit.
     #[must_use]
     pub fn new(mut capabilities: Capabilities) -> Self {
         if capabilities.kind == DeviceKind::Haptic
@@ -149,7 +149,7 @@ impl Device {
         }
     }
 
-    /// True unless the message is a `FORCE` of the version that is not spoken.
+    /// False for a `FORCE` with the length of the other protocol version.
     fn is_of_version(&self, heard: &Heard) -> bool {
         match heard {
             Heard::Force(command, _) => command.opening_n.is_some() == self.says_opening,

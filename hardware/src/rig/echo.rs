@@ -1,15 +1,17 @@
-//! Time from hand to force as the device itself saw it. Each STATE names the FORCE in effect. So
-//! the first STATE with a new force ends a time that began with the STATE from which the host
-//! computed that force, both by the device's clock.
+//! Measures the time from hand to force by the device's own clock. The time begins with the STATE
+//! from which the host computes a force. It ends with the first STATE that names this force as the
+//! one in effect.
 
 use rt_core::port::Echo;
 use rt_core::time::TimeNs;
 
 use super::wire::{State, Status};
 
-/// Forces whose echo is awaited. More are under way only on a line that is slower than 64 ticks.
+/// Largest number of forces whose echo is awaited. A line would need more than 64 ticks to exceed
+/// it.
 const SENT: usize = 64;
-/// Longest time that counts, µs. After it, the device's clock or its numbers have begun anew.
+/// Longest time that counts, µs. A longer time means that the device's clock or its sequence
+/// numbers have restarted.
 const LONGEST_US: u32 = 1_000_000;
 
 /// A force that was sent, and the sample from which it came.
@@ -48,7 +50,7 @@ impl Echoes {
         self.found = None;
     }
 
-    /// Takes a sample that the tick will use. The last of a poll counts.
+    /// Takes a sample that the tick may use. The tick uses the last one of a poll.
     pub(super) fn use_sample(&mut self, state: &State, at_ns: TimeNs) {
         self.fresh = Some((state.device_time_us, at_ns));
     }
@@ -76,7 +78,8 @@ impl Echoes {
         }
     }
 
-    /// Notes the force that is sent now. Only the first after a sample answers it.
+    /// Notes the force that is sent now. Only the first force after a sample counts as computed
+    /// from that sample.
     pub(super) fn sent(&mut self, sequence: u16) {
         let fresh = self.fresh.take();
         if let Some(slot) = self.sent.get_mut(usize::from(sequence) % SENT) {

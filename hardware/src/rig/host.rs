@@ -1,5 +1,4 @@
-//! The part that the drivers of rigs and of their pedals share: frames on a serial line, and the
-//! handshake.
+//! Frames on a serial line and the handshake. The drivers of rigs and of their pedals share them.
 
 use std::io::Write as _;
 use std::path::Path;
@@ -22,7 +21,7 @@ pub(crate) const BAUD: u32 = 1_000_000;
 /// Longest wait for the device's answer. Opening the line resets many boards, whose loaders take
 /// up to 3 s before the firmware runs (serialport-rs issue 251).
 const HANDSHAKE: Duration = Duration::from_secs(5);
-/// After this time without an answer, a message says that the program waits.
+/// Time without an answer after which a message says that the program waits.
 const SAY_AFTER: Duration = Duration::from_secs(1);
 /// Interval between two greetings.
 const GREETING_INTERVAL: Duration = Duration::from_millis(100);
@@ -286,7 +285,7 @@ impl Host {
         self.send_sequence
     }
 
-    /// The number that was taken last.
+    /// The number of the last message that was sent or refused.
     pub(super) fn sent_sequence(&self) -> u16 {
         self.send_sequence
     }
@@ -449,7 +448,7 @@ fn check(path: &Path, kind: DeviceKind, found: &Capabilities) -> Result<(), Hard
         .map_or(Ok(()), |it| Err(capability(it.what, it.is, it.allowed)))
 }
 
-/// A declared figure and its range.
+/// A declared value and its range.
 struct Limit {
     what: &'static str,
     is: f32,

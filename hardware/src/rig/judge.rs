@@ -15,28 +15,27 @@ use super::wire::{State, Status};
 use crate::noise::Noise;
 use crate::trail::Trail;
 
-/// Consecutive samples that must agree with each other before a leap is accepted. As many forward
-/// steps of the clock must follow a backward one before the clock is trusted again. Damage on the
-/// line does not move so many samples to one place.
+/// Consecutive samples that must agree with each other before a leap is accepted. Damage on the
+/// line does not move so many samples to one place. After a backward step of the clock, this many
+/// forward steps must follow before the clock is trusted again.
 const AGREEING: u32 = 8;
 /// Number of repetitions of a clock reading in a row after which the clock counts as stopped. Two
 /// samples may fall into one microsecond; twenty never do.
 const STUCK: u32 = 20;
-/// Noise of a position, m. A sample may be this much farther away than a handle gets at
+/// Noise of a position, m. A position may lie this much beyond the reach of a handle at
 /// [`FASTEST_M_S`].
 const NOISE_M: f32 = 0.003;
 /// Speed above which a change of position is a leap, m/s. Thrown handles reach 3 m/s.
 const FASTEST_M_S: f32 = 10.0;
-/// Distance above which a position counts as frozen, m. It is the reported velocity summed over the
-/// time in which the position does not change. Encoders resolve a tenth of this distance.
+/// Distance above which an unchanged position counts as frozen, m. The distance is the integral of
+/// the reported velocity over the time in which the position does not change. Encoders resolve a
+/// tenth of it.
 const PROMISED_M: f32 = 0.0005;
-/// Longest time between two samples that counts for [`PROMISED_M`], µs. A device that paused for
-/// longer, such as an emulated one on a busy computer, did not move in the pause, whatever its
-/// clock says. A frozen position at 1 kHz is still found as soon, because its samples are 1 ms
-/// apart.
+/// Longest time between two samples in that integral, µs. A device that pauses for longer, such as
+/// an emulated one on a busy computer, does not move in the pause, although its clock goes on. The
+/// limit does not delay the check at 1 kHz, because samples are then 1 ms apart.
 const PROMISED_US: u32 = 2000;
-/// Slowest reported velocity that counts for [`PROMISED_M`], m/s. A slower one is the noise of a
-/// resting hand.
+/// Slowest reported velocity in that integral, m/s. A slower one is the noise of a resting hand.
 const MOVING_M_S: f32 = 0.005;
 /// Time between two polls above which samples may have waited in this computer, ns.
 const HOST_PAUSE_NS: u64 = 20_000_000;
@@ -105,7 +104,7 @@ pub(super) struct Judge {
     /// True if no sample has come for [`UNIT_GAP_NS`].
     is_silent: bool,
     findings: Findings,
-    /// Status of the last sample.
+    /// Status bits of the last sample.
     status: Status,
 }
 
@@ -152,7 +151,8 @@ impl Judge {
         let mut faults = FaultSet::NONE;
         let before = self.seen.replace(now);
         self.judge_clock(before, now, at_ns, &mut faults);
-        // This check uses the velocity even if the device declares that it measures none.
+        // The check for a frozen position uses the velocity even if the device declares that it
+        // measures none.
         self.judge_rest(before, now, &state.velocity_m_s.into(), &mut faults);
         self.judge_answer(state, &mut faults);
         let continues = self.judge_leap(before, now, &mut faults);

@@ -1,15 +1,15 @@
-//! Measures, by the device's own clock, how long a force outlasts its last command. Every sample
-//! counts, also one that a late host reads only with later ones.
+//! Measures, by the device's own clock, how long a force stays in effect after its last command.
+//! Every sample counts, even one that the host reads late.
 
 use super::wire::{State, Status};
 
 /// Drops of the force by the device's watchdog.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Drops {
-    /// Number of drops so far whose force was seen in effect before.
+    /// Number of drops so far. A drop counts only if a sample showed the force in effect before.
     pub count: u32,
-    /// Time from the first sample with the newest force in effect to the first sample that says
-    /// that the watchdog dropped it, µs. Of the last drop.
+    /// Duration of the last dropped force, µs: from the first sample with the force in effect to
+    /// the first sample that reports the drop.
     pub held_us: u32,
 }
 

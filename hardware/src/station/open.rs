@@ -20,9 +20,9 @@ use crate::touch::TouchHaptic;
 use crate::woody::WoodyHaptic;
 
 impl HapticSpec {
-    /// Refuses a device that must be tested by hand before it may render a force. For a
-    /// WoodenHaptics device, the maker's present software contradicts this driver's signs. There
-    /// the encoder and the motor of the first axis have the same sign, here they have different
+    /// Refuses a device that must be tested by hand before it may render a force. This applies to a
+    /// WoodenHaptics device, because the maker's present software contradicts this driver: there
+    /// the encoder and the motor of the first axis have the same sign, here they have opposite
     /// signs.
     pub fn check_felt(&self) -> Result<(), HardwareError> {
         if self.driver == HapticDriver::Woody && !self.is_felt {
@@ -147,7 +147,7 @@ impl HapticDevice for Limited {
         self.device.watchdog_ms()
     }
 
-    /// A force above the station's limit is shortened here too, whatever the caller did.
+    /// Shortens a force above the station's limit, even if the caller should have done so.
     fn send(&mut self, mut command: ForceCommand, now_ns: TimeNs) {
         if let Some(limit) = self.limits.force_max_n {
             let norm = command.force_n.norm();

@@ -7,9 +7,9 @@ use rt_core::port::{
 };
 use rt_core::time::TimeNs;
 
-/// The simulation's handle moves `by` times as far as the device's. By virtual work, its forces
-/// reach the hand `by` times as strong. Seen from the simulation, the device's force is therefore
-/// smaller by that factor, and its stiffness and damping by the factor's square, so a passive
+/// A device whose movement is multiplied by `by` for the simulation. By virtual work, the
+/// simulation's force is multiplied by `by` at the hand. So the capabilities that the simulation
+/// sees have the force divided by `by`, and stiffness and damping divided by its square. A passive
 /// system stays passive.
 pub(super) struct Scaled {
     pub(super) device: Box<dyn HapticDevice + Send>,

@@ -36,8 +36,8 @@ const ALREADY_INITIATED: u16 = 0x0301;
 /// Error codes after which the callback goes on, because the library itself reduces the force: warm
 /// motors; too much force, impulse or speed; a force error.
 const LIMITS: std::ops::RangeInclusive<u16> = 0x0200..=0x0204;
-/// After such an error, the force counts as limited for this many callbacks: 0.1 s. The library
-/// reports the error only once, and the tick may look later.
+/// Callbacks after such an error for which the force counts as limited: 0.1 s. The library reports
+/// the error only once, and the tick may poll later.
 const LIMITED_CALLBACKS: u32 = 100;
 /// Largest workspace radius that is accepted, m: the reach of the vendor's largest device plus a
 /// margin. Rigs have the same limit.
@@ -228,8 +228,7 @@ fn capabilities(hd: &Hd) -> DeviceCapabilities {
     }
 }
 
-/// Refuses limits that no Touch has. Otherwise a device without force would pass for one that
-/// works.
+/// Refuses limits that no Touch has. Otherwise a device that renders no force would be accepted.
 fn usable(found: &DeviceCapabilities, path: &Path) -> Result<(), HardwareError> {
     let more = "more than 0";
     let checks = [

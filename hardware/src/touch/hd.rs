@@ -1,8 +1,8 @@
 //! The part of the HD API that Calot uses: symbols, numbers, and the two callbacks.
 //!
-//! Symbols and numbers as in OpenHaptics 3.4. Every function is C, takes and returns plain numbers
-//! and pointers to arrays of a stated length, and may be called from any thread; frames may be used
-//! only in the scheduler's callbacks.
+//! Symbols and numbers are those of OpenHaptics 3.4. Every function is a C function. It takes and
+//! returns plain numbers and pointers to arrays of a stated length, and any thread may call it.
+//! Frames may be used only in the scheduler's callbacks.
 #![allow(unsafe_code)] // All calls into the vendor's library are here.
 
 use std::ffi::{CStr, CString, c_char, c_int, c_uint, c_ushort, c_void};

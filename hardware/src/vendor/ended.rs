@@ -20,9 +20,9 @@ thread_local! {
 /// Path of the library that was opened last, for the message.
 static OPENED: Mutex<String> = Mutex::new(String::new());
 
-/// Calls `open`, which calls the library. Some libraries end the whole process in this call,
-/// without a message and with an exit code that means something else to the caller of Calot. In
-/// that case the process prints the reason and ends with code 1.
+/// Calls `open`, which calls the library. Some libraries end the whole process in this call. They
+/// print no message, and their exit code means something else to Calot's caller. In that case this
+/// function's exit handler prints the reason and ends the process with code 1.
 pub(super) fn guarded<T>(library: &str, open: impl FnOnce() -> T) -> T {
     static REGISTERED: Once = Once::new();
     // If the list is full, only the message is missing.

@@ -19,7 +19,7 @@ pub(crate) struct Door {
     /// Name of the thread that opens a device.
     name: &'static str,
     in_use: AtomicBool,
-    /// True while the library keeps a thread for which nobody waits any more.
+    /// True while a call into the library has not returned although its time limit is over.
     hangs: AtomicBool,
 }
 
@@ -38,8 +38,8 @@ impl Door {
         self.in_use.store(false, Ordering::Release);
     }
 
-    /// Notes that the library keeps a thread that should have ended. If that thread ends after all,
-    /// it frees the library.
+    /// Notes that the library blocks a thread that should have ended. If that thread ends after
+    /// all, it frees the library.
     pub(crate) fn hang(&self) {
         self.hangs.store(true, Ordering::Release);
     }

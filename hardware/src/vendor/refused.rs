@@ -46,8 +46,8 @@ pub(crate) fn incomplete(path: &Path, words: &str, product: &Product) -> Hardwar
 }
 
 const UNDEFINED: &str = "undefined symbol: ";
-/// Remedy if a library is missing that the vendor's library needs and the vendor's driver does not
-/// bring.
+/// Remedy if the vendor's library needs another library that is missing and does not belong to the
+/// vendor's driver.
 const MISSING: &str =
     "Install the package that holds it (`ldd` on the library lists what is missing)";
 /// Remedy if such a library is of the wrong release.
@@ -88,7 +88,8 @@ fn cause(path: &Path, words: &str, product: &Product) -> (String, &'static str) 
     (words.to_owned(), product.again)
 }
 
-/// Cause and remedy where the loader blames `other`, which the vendor's library needs.
+/// Cause and remedy if the loader's message names `other`, a library that the vendor's library
+/// needs.
 fn dependency(other: &str, words: &str) -> (String, &'static str) {
     let needs = format!("the library needs {other}");
     if let Some(symbol) = after(words, UNDEFINED) {

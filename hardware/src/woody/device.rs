@@ -1,10 +1,10 @@
-//! The firmware's side of the text protocol, for the emulator.
+//! The firmware's side of the text protocol. The emulator uses it.
 
 use super::wire::{Currents, Encoders, MAX_LINE, Model};
 
 /// Time without a command after which the motors are switched off, µs.
 const WATCHDOG_US: u32 = 100_000;
-/// Error code: a byte other than a line end waits behind the command.
+/// Error code: a byte other than a line end follows the command.
 const TRAILING: i32 = 8;
 /// Error code: the buffer is full before a command ends.
 const TOO_LONG: i32 = 128;
@@ -27,9 +27,9 @@ pub struct Firmware {
 }
 
 impl Firmware {
-    /// Takes the host's bytes that wait now, and answers every command. A good command is answered
-    /// with `counts`. Like the real firmware, it loses a command behind which another one already
-    /// waits.
+    /// Takes the received bytes and answers every command. A good command is answered with
+    /// `counts`. Like the real firmware, it loses a command if the next command has already been
+    /// received.
     pub fn receive(
         &mut self,
         mut waiting: &[u8],
@@ -85,8 +85,7 @@ impl Firmware {
     }
 }
 
-/// Skips the end of a line. Another byte that waits behind the command is lost, and so is the
-/// command.
+/// Skips the end of a line. If another byte follows, that byte and the command are lost.
 fn end_of_line(waiting: &mut &[u8]) -> Result<(), i32> {
     while let Some((byte, rest)) = waiting.split_first() {
         *waiting = rest;
@@ -102,7 +101,7 @@ fn end_of_line(waiting: &mut &[u8]) -> Result<(), i32> {
 struct Inbox {
     bytes: [u8; MAX_LINE],
     len: usize,
-    /// Position after the last `[`.
+    /// Index after the last `[`.
     start: Option<usize>,
     /// Commas, those before the `[` included.
     commas: usize,

@@ -1,4 +1,4 @@
-//! The linkage. It converts encoder counts to the handle's position, and a force to motor currents.
+//! The linkage: converts encoder counts to the handle's position, and a force to motor currents.
 //!
 //! Body A turns about the vertical; bodies B and C are the two links of a parallelogram. In the
 //! makers' frame (x to the user, y to the right, z up), with angles tA, tB, tC:
@@ -56,8 +56,9 @@ pub struct Mechanism {
 
 impl Mechanism {
     /// The device as published. The continuous force is not published; a fifth of the peak is
-    /// assumed. Damping and delay are not published either. The emulated device's are taken: its
-    /// friction counts as damping for a tremor of 0.2 m/s, and its delay is 1 ms each way.
+    /// assumed. Damping and delay are not published either, so this table has those of the emulated
+    /// device: the equivalent damping of its friction for a tremor of 0.2 m/s, and a delay of 1 ms
+    /// each way.
     pub const WOODY: Self = Self {
         capstan_m: [0.010; 3],
         drum_m: [0.160, 0.120, 0.120],
@@ -140,8 +141,8 @@ impl Mechanism {
         Some(ours(force).cast())
     }
 
-    /// Encoder counts with the handle at `position_m`, base frame. Beyond the reach: the counts of
-    /// the nearest reachable position.
+    /// Encoder counts with the handle at `position_m`, base frame. If that position is out of
+    /// reach, the counts are those of the nearest reachable position.
     #[must_use]
     pub fn counts(&self, position_m: Vec3) -> [i32; 3] {
         let at = makers(position_m.cast()) + Vector3::from(self.origin_m);

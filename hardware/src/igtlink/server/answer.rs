@@ -9,7 +9,7 @@ use crate::igtlink::message::{Code, Message};
 use crate::igtlink::request::{Heard, Request, StartTracking};
 use crate::igtlink::wire::Version;
 
-/// Types that are sent, and requests that are answered.
+/// Types that the server sends, and requests that it answers.
 const CAPABILITIES: [&str; 22] = [
     "TRANSFORM",
     "TDATA",
@@ -34,12 +34,12 @@ const CAPABILITIES: [&str; 22] = [
     "STT_QTDATA",
     "STP_QTDATA",
 ];
-/// Name that the examples of the reference library give themselves where the protocol has the name
-/// of the device that is asked for.
+/// Name that the examples of the reference library send instead of the requested device's name. It
+/// is the name of the example itself.
 const NOBODY: &str = "Client";
-/// Frames that a client may ask for by name. Other names are the client's own.
+/// Frames that a client may request by name. Other names have a meaning only for the client.
 const FRAMES: [&str; 4] = ["RAS", "LPS", "LSA", "SCENE"];
-/// Longest time between two tracking data that a client may ask for, ms.
+/// Longest time between two messages of tracking data that a client may request, ms.
 const RESOLUTION_MAX_MS: i32 = 60_000;
 
 impl Server {
@@ -190,7 +190,7 @@ const fn reply(form: Form) -> &'static str {
     }
 }
 
-/// True for the protocol's requests: an answer is waited for.
+/// True for a request, to which the protocol expects an answer.
 fn is_request(kind: &str) -> bool {
     ["GET_", "STT_", "STP_", "COMMAND"]
         .iter()

@@ -93,7 +93,7 @@ fn has_bytes(client: &TcpStream) -> bool {
     has
 }
 
-/// Waits until the clients are sent what they did not ask for, and reads it.
+/// Waits until the clients get messages without a request, and reads these messages.
 fn listen(server: &mut Server, clients: &mut [&mut TcpStream]) {
     until(server, &[tool()], |_| {
         clients.iter().all(|it| has_bytes(it))
@@ -288,7 +288,7 @@ fn answers_come_in_the_version_of_the_request() {
     client.set_nonblocking(false).unwrap();
     let (answered_in, kind, _, _) = read(&mut client);
     assert_eq!((answered_in, kind.as_str()), (version, "STATUS"));
-    // What nobody asked for comes in that version, too.
+    // A message without a request also has that version.
     server.send(&[tool()]);
     assert_eq!(read(&mut client).0, Version::Two { message_id: 0 });
 }
@@ -350,7 +350,7 @@ fn a_client_that_begins_with_a_question_gets_answers_only() {
     // for the next message.
     let (kind, content) = ask(&mut server, &mut client, "GET_IMGMETA", "Client", b"");
     assert_eq!((kind.as_str(), status(&content).0), ("STATUS", 12));
-    // It asks no more, and is sent everything after a while.
+    // It sends no more requests, and after a while it gets all messages.
     until(&mut server, &[tool()], |_| has_bytes(&client));
     assert_eq!(read(&mut client).1, "STATUS");
     assert_eq!(read(&mut client).1, "TRANSFORM");

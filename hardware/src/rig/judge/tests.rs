@@ -298,7 +298,7 @@ fn cost_of_judging_a_sample() {
 #[test]
 fn noisy_positions_are_found_admitted_and_forgotten_once_they_are_calm() {
     let mut bench = Bench::new();
-    // 0.25 mm to one side, then to the other, under a hand that moves.
+    // Noise of ±0.25 mm, alternating, on the positions of a moving hand.
     let noisy = |ms: u32| {
         let (us, x_m, m_s) = moving(0.05)(ms);
         (

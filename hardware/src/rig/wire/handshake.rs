@@ -139,8 +139,8 @@ pub struct Capabilities {
 }
 
 impl Capabilities {
-    /// Parses a message of kind `CAPABILITIES`. Out of range are an unknown kind of device, and a
-    /// version 1 or 2 that does not fit the length.
+    /// Parses a message of kind `CAPABILITIES`. An unknown kind of device is out of range, and so
+    /// is a version 1 or 2 that does not fit the length.
     pub fn parse(message: &Message<'_>) -> Result<Self, WireError> {
         use capabilities as at;
         if message.kind() != Kind::Capabilities {
@@ -211,7 +211,7 @@ impl Capabilities {
         writer.frame()
     }
 
-    /// A Touch-class haptic device: the emulator's.
+    /// The emulated haptic device, of the class of a Touch.
     #[must_use]
     pub const fn touch_class() -> Self {
         Self {

@@ -86,8 +86,9 @@ impl State {
     /// Largest component of a velocity; no hand is faster.
     pub const SPEED_LIMIT_M_S: f32 = 20.0;
 
-    /// Parses a message of kind `STATE` and normalises the rotation. Out of range are a position, a
-    /// velocity beyond these limits, and a rotation whose squared length is not within 10 % of 1.
+    /// Parses a message of kind `STATE` and normalises the rotation. A position or velocity beyond
+    /// these limits is out of range, and so is a rotation whose squared length differs from 1 by
+    /// more than 10 %.
     pub fn parse(message: &Message<'_>) -> Result<Self, WireError> {
         use state as at;
         if message.kind() != Kind::State {
