@@ -138,10 +138,13 @@ impl Station {
             for _ in 0..=SILENT_MS {
                 self.line.millisecond(false);
             }
-            assert!(self.line.strain() <= 0.0, "the watchdog lets go");
+            assert!(self.line.strain() <= 0.0, "the watchdog drops the force");
         }
         drop(self.driver);
         self.line.millisecond(false);
-        assert!(self.line.strain() <= 1e-6, "the driver's last words");
+        assert!(
+            self.line.strain() <= 1e-6,
+            "dropping the driver ends the force"
+        );
     }
 }

@@ -11,7 +11,7 @@ use libloading::Library;
 
 use crate::support::{PATIENCE, build_library};
 
-/// Numbers by which the fake library keeps the device's state.
+/// Indices of the device's state in the fake library.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Of {
     Position = 0,
