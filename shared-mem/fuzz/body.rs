@@ -2,9 +2,9 @@
 
 use shared_mem::scene::{NO_CELL, SceneFile};
 
-/// Reads the bytes as they are. Then reads them once more with a correct hash in the header, as a
-/// forger would write it, so that the checks of the content must catch every fault. In an accepted
-/// scene every index must lie inside its list.
+/// Reads the bytes as they are. Then reads them again with a correct hash in the header, as a
+/// forger would write it: now only the checks of the content can find a fault. In an accepted scene
+/// every index must be inside its list.
 pub(crate) fn scene_file(bytes: &[u8]) {
     let _ = SceneFile::from_bytes(bytes);
     let mut sealed = bytes.to_vec();

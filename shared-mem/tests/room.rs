@@ -1,6 +1,7 @@
-//! Shared memory that is too small, of another user, removed while in use, or left by a crash.
+//! Tests shared memory that is too small, belongs to another user, is removed while in use, or was
+//! left by a crash.
 //!
-//! Each process of a test is this test program, started again with the name of a role.
+//! Each process of a test is this test program, which the test starts again with a role.
 #![allow(clippy::unwrap_used)]
 
 use std::io::{BufRead as _, BufReader};
@@ -20,8 +21,8 @@ fn name(test: &str) -> String {
     format!("r{}-{test}", std::process::id())
 }
 
-/// The main function of a test's process, and no test by itself. It prints its result. A process
-/// that holds ends then waits until its standard input is closed.
+/// The main function of a test's process; it is not a test itself. It prints the result of its
+/// role. If it opened ends, it then waits until its standard input is closed.
 #[test]
 fn role() {
     let Ok(role) = std::env::var(ROLE) else {
@@ -73,7 +74,7 @@ impl Actor {
         let mut child = Self::spawn(wrapper, role, station, tmp);
         let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
         let said = lines.find_map(|line| line.unwrap().strip_prefix("SAID ").map(str::to_owned));
-        // The pipe is emptied, because the test harness goes on to write to it.
+        // The pipe must be read to its end, because the test harness also writes to it.
         std::thread::spawn(move || lines.for_each(drop));
         let said = said.unwrap_or_else(|| format!("died: {:?}", child.wait()));
         Self { child, said }
@@ -368,8 +369,8 @@ fn two_accounts_have_stations_of_one_name() {
     }
 }
 
-/// /dev/shm has sizes from too small for anything to large enough. Then it is full, read-only or
-/// missing.
+/// Runs with sizes of /dev/shm from far too small to large enough. Then runs with a full, a
+/// read-only and a missing /dev/shm.
 #[test]
 fn shared_memory_that_is_too_small_is_named_before_it_is_used() {
     if !can(&["unshare", "-m"]) {
@@ -412,8 +413,8 @@ fn shared_memory_that_is_too_small_is_named_before_it_is_used() {
     }
 }
 
-/// `prlimit` sets the limit of `ulimit -f`. The limit is checked before any file is written, so
-/// that the signal SIGXFSZ is never raised.
+/// `prlimit` sets the same limit as `ulimit -f`. The station checks the limit before it writes any
+/// file, so the kernel never sends SIGXFSZ.
 #[test]
 fn a_limit_of_file_sizes_is_named() {
     if !can(&["prlimit", "--fsize=2000000"]) {
@@ -426,7 +427,7 @@ fn a_limit_of_file_sizes_is_named() {
     all.end();
 }
 
-/// The memory that a station asks for is at least as large as its files, and not much larger.
+/// The memory that a station requires is at least as large as its files, and not much larger.
 #[test]
 fn what_a_station_reserves_is_what_it_takes() {
     let station = Station::new(&name("measure")).unwrap();

@@ -1,4 +1,4 @@
-//! The compiled scene: written and read back, refused when faulty, and read from damaged bytes.
+//! Tests the compiled scene: writes and reads it, refuses faulty scenes, and reads damaged bytes.
 
 use bytemuck::Zeroable;
 use proptest::prelude::*;
@@ -22,7 +22,7 @@ fn contact_vertex(i: u16) -> ContactVertexRecord {
     }
 }
 
-/// One of two cells: the second lies on the outer face of the first.
+/// Cell 0 or 1. Cell 1 lies on the outer face of cell 0.
 fn cell(i: u16) -> CellRecord {
     let mut neighbours = [NO_CELL; 6];
     neighbours[usize::from(5 - i)] = 1 - i;
@@ -284,7 +284,7 @@ fn missing_foreign_old_and_damaged_files_are_told_apart() {
     assert!(SceneFile::from_bytes(&good[..good.len() - 1]).is_err());
 }
 
-/// The mass of a sphere tells the three levels apart.
+/// The mass of a sphere distinguishes the three levels.
 #[test]
 fn levels_of_detail_in_one_file_are_opened_by_number() {
     let folder = tempfile::tempdir().unwrap();
@@ -343,7 +343,7 @@ proptest! {
         fuzz::scene_file(&bytes);
     }
 
-    /// Opens damaged and cut files of several levels. Every level is refused or sound.
+    /// Opens damaged and cut files of several levels. Each level is refused or is intact.
     #[test]
     fn hostile_levels_never_panic(edits in prop::collection::vec((0usize..4000, any::<u8>()), 0..6),
                                   cut in prop::option::of(0usize..4000)) {

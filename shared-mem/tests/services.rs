@@ -1,4 +1,4 @@
-//! Ends of a station that communicate over real shared memory.
+//! Tests ends of a station that communicate through real shared memory.
 
 use core::time::Duration;
 

@@ -1,4 +1,4 @@
-//! Checks of a compiled scene's content: numbers in their ranges, indices in their lists.
+//! Checks a compiled scene's content: numbers must be in range, and indices inside their lists.
 
 use core::fmt;
 
@@ -248,7 +248,7 @@ impl SceneFile {
     }
 
     /// Checks that each cell follows spheres of one organ, that the cells of an organ are
-    /// consecutive, that neighbours name each other, and that numbers and indices are in range.
+    /// consecutive, that neighbours list each other, and that numbers and indices are in range.
     fn check_cells(&self) -> Result<(), SceneError> {
         let (cells, corners) = (self.cells(), self.cell_corners());
         let organ_of = |sphere: u16| {
@@ -474,8 +474,8 @@ fn record(what: &'static str, index: usize, problem: String) -> SceneError {
     }
 }
 
-/// Refuses a record that breaks one of its `rules`. Each rule has a flag: true if the record obeys
-/// the rule.
+/// Refuses a record that breaks one of its `rules`. A rule is a flag, true if the record obeys it,
+/// and its text.
 fn require(
     what: &'static str,
     index: usize,

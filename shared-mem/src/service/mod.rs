@@ -1,4 +1,5 @@
-//! iceoryx2 services and their ends. Only this module sets their names and quality of service.
+//! iceoryx2 services and their ends. This module alone sets the services' names and quality of
+//! service.
 //!
 //! A [`Station`] is the name under which the processes of one simulator meet. Stations that run at
 //! the same time, such as those of tests, do not see each other. One process, the controller, holds
@@ -33,15 +34,15 @@ pub use join::Claim;
 
 /// Largest number of readers (displays, recorders, links, surgeons) of one station at once.
 pub const MAX_HOSTS: usize = 8;
-/// Largest number of samples of one service that the controller may hold on loan: one more than it
-/// lends to the tick (`SLOTS` in `handover.rs` of `rt-process`).
+/// Largest number of samples of one service that the controller may have on loan from iceoryx2: one
+/// more than the tick uses (`SLOTS` in `handover.rs` of `rt-process`).
 pub const MAX_LOANS: usize = 6;
 /// Version of the messages. It is part of every service's name.
 const VERSION: &str = "v3";
-/// Number of events by which a host can fall behind. A host that falls behind further loses events
-/// and sees a gap in `sequence`.
+/// Largest number of unread events of a host. A host that falls behind further loses events and
+/// sees a gap in `sequence`.
 const EVENT_BUFFER: usize = 1024;
-/// Number of timing batches by which a host can fall behind: about 16 s at 1 kHz.
+/// Largest number of unread timing batches of a host: about 16 s at 1 kHz.
 const TIMING_BUFFER: usize = 256;
 
 /// A station: the name under which its processes meet.
@@ -49,9 +50,9 @@ const TIMING_BUFFER: usize = 256;
 pub struct Station {
     name: String,
     config: Config,
-    /// Beginning of the names of the station's iceoryx2 files. It contains the uid, because one
-    /// user cannot open the files of another. It ends in a dot, which no station's name contains,
-    /// so that it matches no file of a station with a longer name.
+    /// Prefix of the names of the station's iceoryx2 files. It contains the uid, because one user
+    /// cannot open the files of another. It ends in a dot, which no station's name contains. So it
+    /// matches no file of a station with a longer name.
     prefix: String,
     root: PathBuf,
 }
@@ -75,7 +76,7 @@ impl Station {
             problem: "its name is too long, or not plain".to_owned(),
         })?;
         config.global.set_root_path(&path);
-        // Each process that joins removes what dead processes left in iceoryx2.
+        // Each process that joins removes the iceoryx2 resources of dead processes.
         config.global.node.cleanup_dead_nodes_on_creation = true;
         Ok(Self {
             name: name.to_owned(),
@@ -103,7 +104,7 @@ impl Station {
         &self.name
     }
 
-    /// Beginning of the names of the station's iceoryx2 files in /dev/shm.
+    /// Prefix of the names of the station's iceoryx2 files in /dev/shm.
     #[must_use]
     pub fn file_prefix(&self) -> &str {
         &self.prefix
@@ -249,7 +250,8 @@ struct Quality {
     readers: usize,
 }
 
-/// For services whose newest message alone counts. A reader that joins gets that message at once.
+/// For services of which readers need only the newest message. A reader that joins gets that
+/// message at once.
 const NEWEST: Quality = Quality {
     buffer: 2,
     history: 1,
@@ -267,7 +269,7 @@ const TIMING: Quality = Quality {
 };
 
 /// For `inputs`: a recorder that gets no processor time for 8 s loses nothing at 1 kHz. Only two
-/// readers may listen, because the controller locks memory for each reader's buffer.
+/// readers are permitted, because the controller locks memory for each reader's buffer.
 const INPUTS: Quality = Quality {
     buffer: 128,
     history: 0,
@@ -301,7 +303,7 @@ mod tests {
     fn one_host_too_many_is_refused_with_the_number() {
         let station = station("many");
         let _controller = Controller::open(&station).expect("a controller");
-        // A recorder takes a place as a display does.
+        // A recorder counts as a reader, like a display.
         let _recorder = Tap::open(&station).expect("a recorder");
         let hosts: Result<Vec<Host>, _> = (0..MAX_HOSTS).map(|_| Host::open(&station)).collect();
         let said = hosts.expect_err("one is too many").to_string();

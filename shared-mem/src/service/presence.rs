@@ -1,5 +1,5 @@
-//! Members of a station. Each shows its presence by an abstract Unix socket, which needs no file
-//! that a clean-up could remove, and which the kernel closes when its process ends. A process in
+//! Members of a station. Each shows its presence by an abstract Unix socket. Such a socket needs no
+//! file that a clean-up could remove, and the kernel closes it when its process ends. A process in
 //! another network namespace does not see the socket. So each member also keeps a locked file in
 //! /dev/shm.
 
@@ -15,10 +15,10 @@ use rustix::io::Errno;
 
 use super::room;
 
-/// Longest wait for the turn. The end that has the turn joins or leaves within milliseconds, unless
-/// its process is stopped.
+/// Longest wait for the turn: the lock that an end holds while it joins or leaves. That takes
+/// milliseconds, unless its process is stopped.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// Largest number of numbered names that one process tries. Each of its ends takes one name.
+/// Number of numbered names that one process tries. Each of its ends takes one name.
 const ENDS_MAX: u32 = 1000;
 
 /// A name that this process holds by an abstract socket, until it ends or drops this value.
@@ -48,7 +48,7 @@ impl Held {
     }
 }
 
-/// Every held name that begins with `stem`; `None` if the kernel's table cannot be read.
+/// All held names that begin with `stem`; `None` if the kernel's table cannot be read.
 pub(super) fn held(stem: &str) -> Option<Vec<String>> {
     let table = table()?;
     let names = rows(&table).map(|(_, name)| name);
@@ -69,14 +69,14 @@ fn table() -> Option<String> {
     Some(String::from_utf8_lossy(&table).into_owned())
 }
 
-/// Rows of the table that have an abstract name. Each is split into the name and the columns before
-/// the name, of which the last is the inode.
+/// Rows of the table that have an abstract name. Each row is split into the columns before the name
+/// and the name. The last of these columns is the inode.
 fn rows(table: &str) -> impl Iterator<Item = (&str, &str)> {
     table.lines().filter_map(|line| line.split_once(" @"))
 }
 
-/// Waits for the turn to join or leave. One end of a station has it at a time. `None` if the wait
-/// is longer than [`PATIENCE`] or abstract sockets do not work.
+/// Waits for the turn to join or leave. Only one end of a station holds it at a time. `None` if the
+/// wait is longer than [`PATIENCE`] or abstract sockets do not work.
 pub(super) fn turn(base: &str) -> Option<Held> {
     let start = Instant::now();
     while start.elapsed() < PATIENCE {
@@ -98,8 +98,8 @@ struct Mark {
 }
 
 impl Mark {
-    /// Makes the file. It is locked before it gets its name, so that no process takes it for the
-    /// file of a dead one.
+    /// Makes the file. It is locked before it gets its name, so that no other process mistakes it
+    /// for a file of a dead process.
     fn set(stem: &str) -> Option<Self> {
         let flags = OFlags::TMPFILE | OFlags::RDWR | OFlags::CLOEXEC;
         let file = rustix::fs::open(room::SHARED, flags, Mode::RUSR | Mode::WUSR).ok()?;
@@ -121,9 +121,9 @@ impl Mark {
         None
     }
 
-    /// True if a living process holds this file, or if opening or locking it fails for another
-    /// reason: a doubtful file is not swept. False if the file can be locked, is gone, or is a
-    /// link.
+    /// True if a living process holds this file. True also if opening or locking it fails for
+    /// another reason, because a doubtful file must not be removed. False if the file can be
+    /// locked, is gone, or is a link.
     fn is_held(path: &Path) -> bool {
         let flags = OFlags::RDONLY | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
         let file = match rustix::fs::open(path, flags, Mode::empty()) {
@@ -158,8 +158,8 @@ impl Presence {
         }
     }
 
-    /// True if surely no other end is present. False also if this end has no name of its own or the
-    /// kernel's table cannot be read.
+    /// True if certainly no other end is present. False also if this end has no name of its own or
+    /// the kernel's table cannot be read.
     pub(super) fn is_alone(&self) -> bool {
         let own = self.here.as_ref().map(|it| &it.name);
         own.is_some()
@@ -175,7 +175,8 @@ impl Presence {
         all
     }
 
-    /// Removes the presence files of dead members. Only a member that is alone may call it.
+    /// Removes the presence files of dead members. Only a member that is alone may call this
+    /// method.
     pub(super) fn bury(&self) {
         for path in self.other_marks() {
             let _ = std::fs::remove_file(path);
@@ -201,7 +202,7 @@ impl Presence {
         processes
     }
 
-    /// Leaves the station. Runs `last` if it gets the turn and no other end is present.
+    /// Leaves the station. Runs `last` if this end gets the turn and no other end is present.
     pub(super) fn leave(&mut self, last: impl FnOnce()) {
         let turn = turn(&self.base);
         if turn.is_some() && self.is_alone() {

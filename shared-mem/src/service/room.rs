@@ -11,7 +11,7 @@ use rustix::process::{Resource, getrlimit};
 
 use super::folder;
 
-/// Linux's folder for POSIX shared memory.
+/// Folder of POSIX shared memory in Linux.
 pub(super) const SHARED: &str = "/dev/shm";
 
 /// Reason why memory could not be reserved.
@@ -49,8 +49,8 @@ pub(super) fn reserve(prefix: &str, sizes: &[u64]) -> Result<Reservation, Lack> 
     }
     let need: u64 = sizes.iter().sum();
     let mut files = Vec::new();
-    // Free bytes before anything is reserved. If the file system cannot reserve, this number
-    // alone decides.
+    // Free bytes before anything is reserved. If the file system cannot reserve pages, only this
+    // number decides.
     let had = free();
     for (n, &size) in sizes.iter().enumerate() {
         let path = format!("{SHARED}/{prefix}room.{}.{n}", std::process::id());
@@ -101,7 +101,8 @@ pub(super) fn files(folder: &Path, prefix: &str) -> Vec<PathBuf> {
 pub(super) fn fill(prefix: &str) -> Result<(), Lack> {
     for path in files(Path::new(SHARED), prefix) {
         let flags = OFlags::WRONLY | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
-        // A file may disappear meanwhile. A link that another user put there is not followed.
+        // A file may disappear after it was listed. A link that another user put there is not
+        // followed.
         let Ok(file) = rustix::fs::open(&path, flags, Mode::empty()).map(File::from) else {
             continue;
         };
@@ -119,8 +120,8 @@ pub(super) fn fill(prefix: &str) -> Result<(), Lack> {
     Ok(())
 }
 
-/// Removes everything with a name that begins with `prefix` from shared memory and from iceoryx2's
-/// folders below `root`.
+/// Removes all files and folders whose names begin with `prefix` from shared memory and from
+/// iceoryx2's folders below `root`.
 pub(super) fn sweep(root: &Path, prefix: &str) {
     for path in files(Path::new(SHARED), prefix) {
         let _ = std::fs::remove_file(path);
