@@ -11,20 +11,20 @@ const BATCHES_MIN: usize = 20;
 const WINDOW_NS: u64 = 4_000_000_000;
 /// Shortest gap that ends a batch, ns. The parts of a batch arrive within one poll of 200 µs; the
 /// scheduler may add a delay.
-const WITHIN_NS: u64 = 300_000;
+const BATCH_GAP_NS: u64 = 300_000;
 /// Frame of full-speed USB, ns (USB 2.0, 7.1.12).
 const FRAME_NS: u64 = 1_000_000;
 /// Largest difference between a gap and the nearest whole number of frames, ns.
-const OFF_FRAME_NS: u64 = 150_000;
+const FRAME_TOLERANCE_NS: u64 = 150_000;
 /// Default of an FTDI adapter's latency timer, ms (FTDI AN232B-04). The adapter collects bytes
 /// until this timer expires.
 const FTDI_MS: u64 = 16;
 /// Share of the gaps, in percent, that must fit the timer or the frames. A busy computer lengthens
 /// a few gaps.
-const FITS: usize = 80;
+const FITTING_PERCENT: usize = 80;
 /// Share of the gaps, in percent, whose number of frames must differ from that of the median gap.
 /// If all gaps have the same number, the device itself may send once per millisecond.
-const DIFFER: usize = 5;
+const DIFFERING_PERCENT: usize = 5;
 
 /// Pattern of arrivals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -104,7 +104,7 @@ impl Arrivals {
         }
         self.samples += samples;
         match self.batches.last_mut() {
-            Some(last) if at_ns.saturating_sub(last.last_ns) < WITHIN_NS => {
+            Some(last) if at_ns.saturating_sub(last.last_ns) < BATCH_GAP_NS => {
                 last.last_ns = at_ns;
                 last.samples += samples;
             }
@@ -149,32 +149,32 @@ fn pattern(batches: &[Batch]) -> Option<Pattern> {
         .collect();
     let mut sorted = gaps.clone();
     sorted.sort_unstable();
-    let usual_ns = *sorted.get(sorted.len() / 2)?;
+    let median_ns = *sorted.get(sorted.len() / 2)?;
     let fits = |is_it: &dyn Fn(u64) -> bool| {
         let count = gaps.iter().filter(|&&gap| is_it(gap)).count();
-        100 * count >= FITS * gaps.len()
+        100 * count >= FITTING_PERCENT * gaps.len()
     };
-    let is_regular = fits(&|gap| gap.abs_diff(usual_ns) <= usual_ns / 4);
+    let is_regular = fits(&|gap| gap.abs_diff(median_ns) <= median_ns / 4);
     let timer_ns = FTDI_MS * FRAME_NS;
     // A device slower than the timer has one sample in some batches and two in others.
-    if tenths >= 13 && is_regular && usual_ns.abs_diff(timer_ns) <= FRAME_NS {
+    if tenths >= 13 && is_regular && median_ns.abs_diff(timer_ns) <= FRAME_NS {
         return Some(Pattern::Ftdi);
     }
-    let by_frames = fits(&|gap| {
+    let fits_frames = fits(&|gap| {
         let off = gap % FRAME_NS;
-        gap >= FRAME_NS / 2 && off.min(FRAME_NS - off) <= OFF_FRAME_NS
+        gap >= FRAME_NS / 2 && off.min(FRAME_NS - off) <= FRAME_TOLERANCE_NS
     });
     let frames = |gap: u64| (gap + FRAME_NS / 2) / FRAME_NS;
-    let others = gaps.iter().filter(|&&gap| frames(gap) != frames(usual_ns));
-    let differ = 100 * others.count() >= DIFFER * gaps.len();
-    let several_a_frame = tenths >= 12 && frames(usual_ns) == 1;
-    let is_own = is_whole_frames(gaps.iter().sum::<u64>() / samples.max(1));
-    if by_frames && !is_own && (differ || several_a_frame) {
+    let others = gaps.iter().filter(|&&gap| frames(gap) != frames(median_ns));
+    let differ = 100 * others.count() >= DIFFERING_PERCENT * gaps.len();
+    let has_several_per_frame = tenths >= 12 && frames(median_ns) == 1;
+    let has_frame_period = is_whole_frames(gaps.iter().sum::<u64>() / samples.max(1));
+    if fits_frames && !has_frame_period && (differ || has_several_per_frame) {
         return Some(Pattern::Frames);
     }
     (tenths >= 18 && is_regular).then_some(Pattern::Batches {
         tenths,
-        every_us: usual_ns / 1000,
+        every_us: median_ns / 1000,
     })
 }
 

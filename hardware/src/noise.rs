@@ -16,7 +16,7 @@ use rt_core::math::Vec3;
 const WINDOW_US: u32 = 1_000_000;
 /// Fewest products from which the noise of a window is computed. With 90 products the mean is right
 /// to about 10 %.
-const FEWEST: u32 = 90;
+const PRODUCTS_MIN: u32 = 90;
 /// Longest time between two samples that are compared, µs. The motion of a hand over three samples
 /// at 100 Hz is still smooth.
 const GAP_US: u32 = 12_000;
@@ -64,7 +64,7 @@ impl Noise {
         };
         let passed_us = us.wrapping_sub(last.us);
         if passed_us == 0 || passed_us > GAP_US {
-            self.part();
+            self.interrupt();
             self.last = Some(now);
             return;
         }
@@ -87,7 +87,7 @@ impl Noise {
     }
 
     /// Forgets the last samples, because the next one does not continue their motion.
-    pub(crate) const fn part(&mut self) {
+    pub(crate) const fn interrupt(&mut self) {
         (self.last, self.before, self.deviations_m) = (None, None, [None; 2]);
     }
 
@@ -104,7 +104,7 @@ impl Noise {
 
     fn measured_m(&self) -> Option<f32> {
         let mean_m2 = self.sum_m2 / (1.25 * self.count as f32);
-        (self.count >= FEWEST).then(|| mean_m2.max(0.0).sqrt())
+        (self.count >= PRODUCTS_MIN).then(|| mean_m2.max(0.0).sqrt())
     }
 
     fn end_window(&mut self) {
@@ -124,16 +124,16 @@ mod tests {
     use super::*;
     use crate::emulate::Random;
 
-    /// Measurement of a device's noise after 5 s. The device moves along `way_m`, sends `hz`
+    /// Measurement of a device's noise after 5 s. The device moves along `x_at_m`, sends `hz`
     /// samples a second, and has noise of this rms length.
-    fn judged(hz: u32, noise_m: f32, mut way_m: impl FnMut(f32) -> f32) -> Noise {
+    fn judged(hz: u32, noise_m: f32, mut x_at_m: impl FnMut(f32) -> f32) -> Noise {
         let (mut noise, mut random) = (Noise::default(), Random::new(3, 0));
         for n in 0..5 * hz {
             let us = n * (1_000_000 / hz);
             // A number spread evenly from -1 to 1 has the mean square 1/3, so three axes have 1.
             let mut part = || noise_m * (2.0 * random.unit() - 1.0);
             let off_m = Vec3::new(part(), part(), part());
-            let x_m = way_m(us as f32 * 1.0e-6);
+            let x_m = x_at_m(us as f32 * 1.0e-6);
             noise.take(
                 us.wrapping_add(u32::MAX - 1_000_000),
                 &(off_m + Vec3::x() * x_m),

@@ -11,7 +11,7 @@ pub struct Bird {
     scale: Scale,
     group: bool,
     /// Number of birds taken into the group.
-    counted: u8,
+    group_size: u8,
     error: u8,
     command: Partial,
     /// Address of the bird that receives the next command.
@@ -66,7 +66,7 @@ impl Bird {
             streaming: false,
             scale: Scale::default(),
             group: false,
-            counted: 1,
+            group_size: 1,
             error: 0,
             command: Partial::default(),
             addressed: 1,
@@ -83,7 +83,7 @@ impl Bird {
 
     /// Changes the ten-character model name.
     #[must_use]
-    pub fn called(self, model: [u8; 10]) -> Self {
+    pub fn with_model(self, model: [u8; 10]) -> Self {
         Self { model, ..self }
     }
 
@@ -139,14 +139,14 @@ impl Bird {
                 };
             }
             if self.command.have == self.command.need {
-                self.obey(&mut answer);
+                self.execute(&mut answer);
                 self.command = Partial::default();
                 self.addressed = 1;
             }
         }
     }
 
-    fn obey(&mut self, answer: &mut impl FnMut(&[u8])) {
+    fn execute(&mut self, answer: &mut impl FnMut(&[u8])) {
         let Partial {
             code,
             arguments: [first, second, third],
@@ -179,7 +179,7 @@ impl Bird {
                     None => self.error = INVALID_COMMAND,
                 }
             }
-            command::CHANGE if first == parameter::AUTO_CONFIGURE => self.counted = second,
+            command::CHANGE if first == parameter::AUTO_CONFIGURE => self.group_size = second,
             command::CHANGE if first == parameter::GROUP_MODE => self.group = second == 1,
             _ => self.error = INVALID_COMMAND,
         }
@@ -222,7 +222,7 @@ impl Bird {
     fn record_of(&self, address: u8) -> Vec<u8> {
         let mut bytes = Vec::new();
         for (sensor, at) in self.birds.iter().zip(1..) {
-            if self.group && at <= self.counted {
+            if self.group && at <= self.group_size {
                 bytes.extend_from_slice(&sensor.record(self.scale));
                 bytes.push(at);
             } else if !self.group && at == address {

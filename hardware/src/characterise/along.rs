@@ -71,7 +71,7 @@ impl Axis {
     }
 
     /// Sentence that compares both frictions, if the handle sticks.
-    pub(super) fn sticks(&self, name: &str) -> Option<String> {
+    pub(super) fn sticking_verdict(&self, name: &str) -> Option<String> {
         let (breaks, runs) = (self.break_away_n.value, self.friction_n.value);
         (breaks > STICKS * runs + 0.02).then(|| {
             format!(

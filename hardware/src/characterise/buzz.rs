@@ -15,7 +15,7 @@ const WITHIN_S: f64 = 0.25;
 
 /// Ratio of the last two swings to the first two below which the movement counts as decaying. It is
 /// then the ringing of an impact, and the wall may be still afterwards.
-const DIES: f64 = 0.97;
+const DECAY_RATIO: f64 = 0.97;
 /// Time after which quick swings count as a buzz even if they die away, s.
 const LASTS_S: f64 = 0.5;
 
@@ -28,7 +28,7 @@ pub(super) struct Buzz {
     direction: f64,
     /// Times, s, and sizes, m, of the last swings.
     swings: VecDeque<(f64, f64)>,
-    turned_m: f64,
+    turning_point_m: f64,
     /// Time since which the swings are quick, s.
     quick_since_s: Option<f64>,
 }
@@ -37,7 +37,7 @@ impl Buzz {
     /// Takes a position. Returns true if the handle buzzes.
     pub(super) fn add(&mut self, at_s: f64, at_m: f64) -> bool {
         let Some(extreme_m) = self.extreme_m else {
-            (self.extreme_m, self.turned_m) = (Some(at_m), at_m);
+            (self.extreme_m, self.turning_point_m) = (Some(at_m), at_m);
             return false;
         };
         if self.direction == 0.0 {
@@ -51,11 +51,11 @@ impl Buzz {
             self.extreme_m = Some(at_m);
         } else if (extreme_m - at_m).abs() >= SWING_M {
             self.swings
-                .push_back((at_s, (extreme_m - self.turned_m).abs()));
+                .push_back((at_s, (extreme_m - self.turning_point_m).abs()));
             if self.swings.len() > SWINGS {
                 self.swings.pop_front();
             }
-            (self.turned_m, self.direction) = (extreme_m, -self.direction);
+            (self.turning_point_m, self.direction) = (extreme_m, -self.direction);
             self.extreme_m = Some(at_m);
         }
         self.is_buzz(at_s)
@@ -71,7 +71,7 @@ impl Buzz {
             return false;
         }
         let since_s = *self.quick_since_s.get_or_insert(at_s);
-        let grows = size(SWINGS - 1) + size(SWINGS - 2) >= DIES * (size(0) + size(1));
+        let grows = size(SWINGS - 1) + size(SWINGS - 2) >= DECAY_RATIO * (size(0) + size(1));
         grows || at_s - since_s >= LASTS_S
     }
 
@@ -81,7 +81,7 @@ impl Buzz {
     }
 
     /// Frequency of the last swings, Hz, and the largest of them, m.
-    pub(super) fn tone(&self) -> Option<(f64, f64)> {
+    pub(super) fn frequency_and_swing(&self) -> Option<(f64, f64)> {
         let (first, last) = (self.swings.front()?, self.swings.back()?);
         let halves = self.swings.len() as f64 - 1.0;
         let largest_m = self.swings.iter().map(|it| it.1).fold(0.0, f64::max);
@@ -132,7 +132,7 @@ mod tests {
             let at_s = f64::from(ms) * 1e-3;
             buzz.add(at_s, 1e-3 * (TAU * 50.0 * at_s).sin());
         }
-        let (hz, swing_m) = buzz.tone().unwrap();
+        let (hz, swing_m) = buzz.frequency_and_swing().unwrap();
         assert!((hz - 50.0).abs() < 5.0, "{hz}");
         assert!((swing_m - 2e-3).abs() < 1e-4, "{swing_m}");
     }

@@ -3,7 +3,7 @@
 
 use std::f64::consts::TAU;
 
-use super::bench::{Bench, Now, Step, Vector};
+use super::bench::{Bench, HandleState, TickRecord, Vector};
 use super::halt::Halt;
 use super::hold::Hold;
 
@@ -27,7 +27,7 @@ const AMPLITUDE: f64 = 0.15;
 /// of the inertial forces.
 const CENTRE_N_M: f64 = 15.0;
 /// Largest distance of the handle from the start of a chirp, as a share of the region.
-const CHIRP_LEASH: f64 = 0.5;
+const CHIRP_EXCURSION_MAX: f64 = 0.5;
 /// Share of the remaining force that an experiment uses along its axis.
 const SPARE: f64 = 0.95;
 /// Smallest force beyond friction and weight with which the experiments work, N.
@@ -57,25 +57,25 @@ pub(super) struct Rough {
 }
 
 /// Force along `axis` that remains after the forces that carry the weight, N.
-fn room_n(bench: &Bench<'_>, hold: &Hold, axis: usize) -> f64 {
+fn available_n(bench: &Bench<'_>, hold: &Hold, axis: usize) -> f64 {
     let most_n = bench.limits().along_n(axis, &hold.carries_n);
     SPARE * (most_n - hold.carries_n[axis].abs())
 }
 
 /// True if the permitted force moves the handle well.
 pub(super) fn is_movable(bench: &Bench<'_>, hold: &Hold, axis: usize, rough: &Rough) -> bool {
-    room_n(bench, hold, axis) >= rough.friction_n + ROOM_MIN_N
+    available_n(bench, hold, axis) >= rough.friction_n + ROOM_MIN_N
 }
 
 /// The force of `hold`, with its part along `axis` replaced by `along_n`.
-fn with_axis(hold: &Hold, now: &Now, axis: usize, along_n: f64) -> Vector {
+fn with_axis(hold: &Hold, now: &HandleState, axis: usize, along_n: f64) -> Vector {
     let mut force_n = hold.force_n(now);
     force_n[axis] = along_n;
     force_n
 }
 
 /// `force_n`, reduced where it would make a fast handle faster.
-fn governed_n(force_n: f64, v_m_s: f64) -> f64 {
+fn speed_limited_n(force_n: f64, v_m_s: f64) -> f64 {
     if force_n * v_m_s <= 0.0 {
         return force_n;
     }
@@ -90,13 +90,13 @@ pub(super) fn chirp(
     axis: usize,
     rough: &Rough,
     sign: f64,
-) -> Result<Vec<Step>, Halt> {
+) -> Result<Vec<TickRecord>, Halt> {
     let start = bench.now();
     let amplitude_m = AMPLITUDE * bench.reach_m(axis);
-    let room_n = room_n(bench, hold, axis);
+    let available_n = available_n(bench, hold, axis);
     let first_hz = CHIRP_HZ[0].max(SPEED_M_S / (TAU * amplitude_m));
     let octaves = (CHIRP_HZ[1] / first_hz).ln();
-    bench.leash(start.at_m, CHIRP_LEASH * bench.reach_m(axis));
+    bench.limit_excursion(start.at_m, CHIRP_EXCURSION_MAX * bench.reach_m(axis));
     bench.start_record();
     let mut now = start;
     loop {
@@ -108,15 +108,15 @@ pub(super) fn chirp(
         let turn = TAU * first_hz * (octaves * share).exp();
         let phase = TAU * first_hz * CHIRP_S / octaves * ((octaves * share).exp() - 1.0);
         // Force that overcomes friction and inertia at the speed aimed at.
-        let amplitude_n = (rough.friction_n + rough.mass_kg * turn * SPEED_M_S).min(room_n);
+        let amplitude_n = (rough.friction_n + rough.mass_kg * turn * SPEED_M_S).min(available_n);
         let fade = (at_s / FADE_S).min((CHIRP_S - at_s) / FADE_S).min(1.0);
         let off_m = now.at_m[axis] - start.at_m[axis];
         let swing_n = sign * fade * amplitude_n * phase.cos() - CENTRE_N_M * off_m;
-        let swing_n = governed_n(swing_n, now.v_m_s[axis]).clamp(-room_n, room_n);
+        let swing_n = speed_limited_n(swing_n, now.v_m_s[axis]).clamp(-available_n, available_n);
         let along_n = hold.carries_n[axis] + swing_n;
         now = bench.tick(with_axis(hold, &now, axis, along_n))?;
     }
-    bench.unleash();
+    bench.clear_excursion_limit();
     Ok(bench.take_record())
 }
 
@@ -124,7 +124,7 @@ pub(super) fn chirp(
 #[derive(Debug, Clone)]
 pub(super) struct Push {
     /// Record from the start of the push.
-    pub(super) steps: Vec<Step>,
+    pub(super) steps: Vec<TickRecord>,
     /// Time at which the push ended, s.
     pub(super) released_s: f64,
 }
@@ -143,8 +143,8 @@ pub(super) fn push(
     let stopped_m_s = (1.3 * rough.friction_n / rough.mass_kg * run_out_m).sqrt();
     let goal_m_s = SPEED_M_S.min(stopped_m_s);
     let push_n = rough.friction_n + rough.mass_kg * goal_m_s.powi(2) / (2.0 * PUSH_M);
-    let push_n = push_n.min(room_n(bench, hold, axis));
-    bench.leash(start.at_m, 2.0 * run_out_m);
+    let push_n = push_n.min(available_n(bench, hold, axis));
+    bench.limit_excursion(start.at_m, 2.0 * run_out_m);
     bench.start_record();
     let carries_n = hold.carries_n[axis];
     let mut now = start;
@@ -170,7 +170,7 @@ pub(super) fn push(
             still_s = now.at_s;
         }
     }
-    bench.unleash();
+    bench.clear_excursion_limit();
     Ok(Push {
         steps: bench.take_record(),
         released_s,

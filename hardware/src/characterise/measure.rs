@@ -116,7 +116,7 @@ pub fn measure(
     let mut begin_n = [0.0; 3];
     for axis in (0..3).filter(|axis| !(is_flat && *axis == 1)) {
         if let Some([up, down]) = both_ways(&mut bench, &mut hold, goal_m, axis, 0.0)? {
-            hold.know(axis, 0.5 * (up.force_n + down.force_n));
+            hold.set_holding(axis, 0.5 * (up.force_n + down.force_n));
             begin_n[axis] = BEGIN * 0.5 * (up.force_n - down.force_n).max(0.0);
         }
     }
@@ -149,7 +149,7 @@ pub fn measure(
         )?),
         false => None,
     };
-    let_go(&mut bench, &hold);
+    fade_out(&mut bench, &hold);
     Ok(Records {
         declared,
         force_n,
@@ -159,7 +159,7 @@ pub fn measure(
 }
 
 /// Lets the force fade. The handle may fall under its weight meanwhile; that is no failure.
-fn let_go(bench: &mut Bench<'_>, hold: &Hold) {
+fn fade_out(bench: &mut Bench<'_>, hold: &Hold) {
     let begun_s = bench.now().at_s;
     loop {
         let now = bench.now();

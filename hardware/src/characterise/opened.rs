@@ -37,7 +37,7 @@ impl Opened {
         let mut said = vec![self.range_verdict(declared)];
         said.extend(self.force_verdict(declared));
         said.push(self.stiffness_verdict(declared));
-        said.extend(self.axis.sticks("opening"));
+        said.extend(self.axis.sticking_verdict("opening"));
         said
     }
 

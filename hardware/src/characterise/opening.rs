@@ -32,9 +32,13 @@ impl RecordedOpening {
     /// Fits the model.
     pub(super) fn fitted(&self) -> Result<Opened, String> {
         let axis = self.along.fitted()?;
-        let courses = self.along.repetitions.iter().flat_map(|it| it.courses());
+        let axis_records = self
+            .along
+            .repetitions
+            .iter()
+            .flat_map(|it| it.axis_records());
         Ok(Opened {
-            given: given_shares(courses, &axis),
+            given: given_shares(axis_records, &axis),
             range: self.range,
             axis,
         })

@@ -81,7 +81,7 @@ impl Characterised {
         let most_n_m = f64::from(self.declared.stiffness_max_n_m);
         said.extend(self.wall.as_ref().map(|it| wall_verdict(it, most_n_m)));
         for (at, axis) in self.measured() {
-            said.extend(axis.sticks(["x", "y", "z"][at]));
+            said.extend(axis.sticking_verdict(["x", "y", "z"][at]));
         }
         if let Some(Ok(opened)) = &self.opening {
             said.extend(opened.verdicts(&self.declared));

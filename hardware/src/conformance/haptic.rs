@@ -5,8 +5,8 @@ use std::path::Path;
 use rt_core::port::{HapticDevice, Identity, Polled};
 
 use super::answers::answers;
-use super::samples::{NO_FORCE, name_bad_frames, samples_of};
-use super::watch::{Host, PATIENCE, open, silent_after_close, unplugged, until, until_on};
+use super::samples::{NO_FORCE, name_bad_frames, samples_with_refused};
+use super::watch::{Host, TIMEOUT, open, silent_after_close, unplugged, until, until_timed};
 use super::{Options, Report};
 use crate::rig::device::WATCHDOG_LIMIT_MS;
 use crate::rig::wire::{Capabilities, Status};
@@ -31,7 +31,7 @@ pub fn haptic(path: &Path, options: &mut Options<'_>) -> Report {
     };
     let Identity { name, serial } = device.identity();
     report.device = format!("haptic device \"{name}\", serial {serial}");
-    samples_of(
+    samples_with_refused(
         &mut report,
         &mut device,
         options.watch,
@@ -43,7 +43,7 @@ pub fn haptic(path: &Path, options: &mut Options<'_>) -> Report {
     drop(device);
     silent_after_close(&mut report, path, BAUD);
     if let Some(mut device) = open(&mut report, "reopen", || RigHaptic::open(path)) {
-        let heard = fresh(&mut device);
+        let heard = has_fresh_sample(&mut device);
         let is_on = device.status().status.contains(Status::FORCE_ON);
         let words = match (heard, is_on) {
             (false, _) => "no valid sample came, so it is not known whether a force is left over",
@@ -56,8 +56,8 @@ pub fn haptic(path: &Path, options: &mut Options<'_>) -> Report {
     report
 }
 
-fn fresh(device: &mut RigHaptic) -> bool {
-    until(PATIENCE, |now_ns| {
+fn has_fresh_sample(device: &mut RigHaptic) -> bool {
+    until(TIMEOUT, |now_ns| {
         !matches!(device.poll(now_ns), Polled::Fresh(_))
     })
 }
@@ -106,7 +106,7 @@ fn watchdog(report: &mut Report, device: &mut RigHaptic) {
             return;
         }
     }
-    let host = host.missed(device.counters().unread_bytes - unread);
+    let host = host.with_unread(device.counters().unread_bytes - unread);
     judge_held(report, device.declared(), longest, host);
 }
 
@@ -128,7 +128,7 @@ fn judge_held(report: &mut Report, declared: &Capabilities, held: Held, host: Ho
     if u64::from(device_us) > allowed_us {
         // These times come from the samples. A late computer reads the same samples, unless it lost
         // some.
-        report.judge_time("watchdog", false, words, host.only_missed());
+        report.judge_time("watchdog", false, words, host.unread_only());
     } else {
         // A busy computer sees the drop late. A watchdog that fails drops the force even later.
         let late_us = allowed_us + WATCHDOG_ARRIVAL_US;
@@ -140,7 +140,7 @@ fn judge_held(report: &mut Report, declared: &Capabilities, held: Held, host: Ho
 /// Adds the delays of this computer to `host`.
 fn held(device: &mut RigHaptic, host: &mut Host) -> Result<Held, String> {
     let mut heard = false;
-    let on = until_on(host, PATIENCE, |now_ns| {
+    let on = until_timed(host, TIMEOUT, |now_ns| {
         device.send(NO_FORCE, now_ns);
         heard |= matches!(device.poll(now_ns), Polled::Fresh(_));
         !device.status().status.contains(Status::FORCE_ON)
@@ -160,7 +160,7 @@ fn held(device: &mut RigHaptic, host: &mut Host) -> Result<Held, String> {
     let mut since_ns = None;
     let mut held = None;
     let mut is_off = false;
-    until_on(host, PATIENCE, |now_ns| {
+    until_timed(host, TIMEOUT, |now_ns| {
         device.poll(now_ns);
         let status = device.status();
         is_off = !status.status.contains(Status::FORCE_ON);
@@ -182,7 +182,7 @@ fn held(device: &mut RigHaptic, host: &mut Host) -> Result<Held, String> {
             return "the force went off, and status bit 1 does not say that the watchdog dropped it"
                 .to_owned();
         }
-        format!("the force was not dropped in {} s", PATIENCE.as_secs())
+        format!("the force was not dropped in {} s", TIMEOUT.as_secs())
     })
 }
 
@@ -213,7 +213,7 @@ mod tests {
     fn a_late_watchdog_fails_on_a_busy_computer_too_unless_samples_were_lost() {
         let busy = Host::of_sleeps_ms(&[1, 1, 70]);
         assert_eq!(outcome(95_000, 95_000, busy), CheckOutcome::Fail);
-        let missed = busy.missed(80);
+        let missed = busy.with_unread(80);
         assert_eq!(outcome(95_000, 95_000, missed), CheckOutcome::NotJudged);
     }
 }

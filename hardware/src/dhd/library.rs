@@ -15,11 +15,11 @@ use crate::vendor::{Product, incomplete, refused, symbols};
 
 /// Remedies for a person whose library is refused.
 const PRODUCT: Product = Product {
-    version: "Calot needs the Force Dimension SDK 3.7 or newer: install it (forcedimension.com/software/sdk)",
-    install: "Install the Force Dimension SDK (forcedimension.com/software/sdk) and run `sudo ldconfig DIR` on \
+    wrong_version: "Calot needs the Force Dimension SDK 3.7 or newer: install it (forcedimension.com/software/sdk)",
+    missing: "Install the Force Dimension SDK (forcedimension.com/software/sdk) and run `sudo ldconfig DIR` on \
               its folder lib/release/…, or name its libdhd.so.3 as `path`",
-    again: "Install the Force Dimension SDK again (forcedimension.com/software/sdk), or name another libdhd.so.3",
-    itself: "Name the library itself, e.g. libdhd.so.3 in the SDK's folder lib/release/…",
+    broken: "Install the Force Dimension SDK again (forcedimension.com/software/sdk), or name another libdhd.so.3",
+    not_a_library: "Name the library itself, e.g. libdhd.so.3 in the SDK's folder lib/release/…",
 };
 
 /// Length of the array for the status. The API has 17 entries; newer versions may have more.
@@ -161,8 +161,8 @@ impl Handle {
     pub(super) fn serial(&self) -> Option<u16> {
         let mut serial = 0;
         // SAFETY: the library writes one number.
-        let said = unsafe { (self.dhd.serial_number)(&raw mut serial, self.id) };
-        (said >= 0).then_some(serial)
+        let code = unsafe { (self.dhd.serial_number)(&raw mut serial, self.id) };
+        (code >= 0).then_some(serial)
     }
 
     pub(super) fn parts(&self) -> Parts {
@@ -180,9 +180,9 @@ impl Handle {
     pub(super) fn status(&self) -> Option<Status> {
         let mut entries = [0; STATUS_MAX];
         // SAFETY: the library writes as many numbers as its status has, 17 in version 3.14.
-        let said = unsafe { (self.dhd.status)(entries.as_mut_ptr(), self.id) };
+        let code = unsafe { (self.dhd.status)(entries.as_mut_ptr(), self.id) };
         let is = |entry: usize| entries[entry] != 0;
-        (said >= 0).then(|| Status {
+        (code >= 0).then(|| Status {
             is_reset: is(RESET),
             // The modes reset, idle, force and brake exclude each other. A status without any mode
             // does not count as forceless.
@@ -212,8 +212,8 @@ impl Handle {
     pub(super) fn position(&self) -> Option<[f64; 3]> {
         let [mut x, mut y, mut z] = [f64::NAN; 3];
         // SAFETY: the library writes one number to each.
-        let said = unsafe { (self.dhd.position)(&raw mut x, &raw mut y, &raw mut z, self.id) };
-        (said >= 0).then_some([x, y, z])
+        let code = unsafe { (self.dhd.position)(&raw mut x, &raw mut y, &raw mut z, self.id) };
+        (code >= 0).then_some([x, y, z])
     }
 
     /// Position, m, and rotation matrix, row by row, of a device with a wrist.
@@ -222,24 +222,24 @@ impl Handle {
         let mut rows = [f64::NAN; 9];
         let to = rows.as_mut_ptr();
         // SAFETY: the library writes one number to each, and nine to the matrix.
-        let said = unsafe { (self.dhd.pose)(&raw mut x, &raw mut y, &raw mut z, to, self.id) };
-        (said >= 0).then_some(([x, y, z], rows))
+        let code = unsafe { (self.dhd.pose)(&raw mut x, &raw mut y, &raw mut z, to, self.id) };
+        (code >= 0).then_some(([x, y, z], rows))
     }
 
     /// Velocity, m/s; `None` before the library has two positions.
     pub(super) fn velocity(&self) -> Option<[f64; 3]> {
         let [mut x, mut y, mut z] = [f64::NAN; 3];
         // SAFETY: the library writes one number to each.
-        let said = unsafe { (self.dhd.velocity)(&raw mut x, &raw mut y, &raw mut z, self.id) };
-        (said >= 0).then_some([x, y, z])
+        let code = unsafe { (self.dhd.velocity)(&raw mut x, &raw mut y, &raw mut z, self.id) };
+        (code >= 0).then_some([x, y, z])
     }
 
     /// Angle of the gripper, degrees.
     pub(super) fn gripper_deg(&self) -> Option<f64> {
         let mut angle = f64::NAN;
         // SAFETY: the library writes one number.
-        let said = unsafe { (self.dhd.gripper_angle)(&raw mut angle, self.id) };
-        (said >= 0).then_some(angle)
+        let code = unsafe { (self.dhd.gripper_angle)(&raw mut angle, self.id) };
+        (code >= 0).then_some(angle)
     }
 
     /// Buttons pressed, one bit each. `None` if all bits are set, which stands for an error.

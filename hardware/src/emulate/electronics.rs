@@ -63,14 +63,14 @@ const HAPI_BODY: Body = Body {
 #[derive(Debug, Default)]
 pub(super) struct Hapi {
     board: Board,
-    spoken_us: Option<u32>,
+    last_bytes_us: Option<u32>,
 }
 
 impl Hapi {
     const LINKAGE: Pantograph = Pantograph::GEN3;
     /// Silence of the host after which it no longer counts as sending commands, µs. The real board
     /// has no such limit.
-    const GONE_US: u32 = 100_000;
+    const HOST_TIMEOUT_US: u32 = 100_000;
 
     fn receive(
         &mut self,
@@ -87,12 +87,12 @@ impl Hapi {
             Self::LINKAGE.home_deg
         });
         if !bytes.is_empty() {
-            self.spoken_us = Some(now_us);
+            self.last_bytes_us = Some(now_us);
         } else if self
-            .spoken_us
-            .is_some_and(|at_us| now_us.wrapping_sub(at_us) > Self::GONE_US)
+            .last_bytes_us
+            .is_some_and(|at_us| now_us.wrapping_sub(at_us) > Self::HOST_TIMEOUT_US)
         {
-            self.spoken_us = None;
+            self.last_bytes_us = None;
         }
         self.board
             .receive(bytes, [first, second, 0.0, 0.0], now_us, send);
@@ -132,7 +132,7 @@ impl Electronics {
 
     /// Projects a position of the hand onto the space in which the device moves, m: a planar device
     /// keeps y = 0.
-    pub(super) fn guided(&self, mut at_m: Vec3) -> Vec3 {
+    pub(super) fn constrained_m(&self, mut at_m: Vec3) -> Vec3 {
         if matches!(self, Self::Hapi(_)) {
             at_m.y = 0.0;
         }
@@ -144,7 +144,7 @@ impl Electronics {
         match self {
             Self::Rig(firmware) => firmware.is_commanded(),
             Self::Woody(firmware) => firmware.is_commanded(),
-            Self::Hapi(hapi) => hapi.spoken_us.is_some(),
+            Self::Hapi(hapi) => hapi.last_bytes_us.is_some(),
         }
     }
 
@@ -205,7 +205,7 @@ impl Electronics {
     }
 
     /// Present motor command divided by the largest permitted command.
-    pub(super) fn strain(&mut self, now_us: u32) -> f32 {
+    pub(super) fn motor_load(&mut self, now_us: u32) -> f32 {
         match self {
             Self::Rig(firmware) => {
                 firmware.force_n(now_us).norm() / Capabilities::touch_class().force_max_n

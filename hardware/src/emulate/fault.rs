@@ -64,7 +64,7 @@ pub(super) struct FaultyLine {
     /// Faults that are active now.
     faults: Faults,
     random: Random,
-    held: Vec<u8>,
+    queued: Vec<u8>,
     last: Vec<u8>,
 }
 
@@ -78,7 +78,7 @@ impl FaultyLine {
             configured: faults,
             faults: faults.now(0.0),
             random,
-            held: Vec::new(),
+            queued: Vec::new(),
             last: Vec::new(),
         }
     }
@@ -93,7 +93,7 @@ impl FaultyLine {
     }
 
     /// Number of the controller's bytes that the device takes now.
-    pub(super) fn takes(&self, tick: u64) -> usize {
+    pub(super) fn bytes_taken(&self, tick: u64) -> usize {
         match u64::from(self.faults.slow_reader_ms) {
             0 => usize::MAX,
             slow if tick.is_multiple_of(slow) => SLOW_BYTES,
@@ -124,7 +124,7 @@ impl FaultyLine {
             .stuck_from_s
             .is_some_and(|from| time_s >= f64::from(from))
         {
-            self.held.extend_from_slice(&self.last);
+            self.queued.extend_from_slice(&self.last);
             return;
         }
         self.last.clear();
@@ -138,9 +138,9 @@ impl FaultyLine {
             } else {
                 byte
             };
-            self.held.push(byte);
+            self.queued.push(byte);
             if self.random.chance(self.faults.duplicated) {
-                self.held.push(byte);
+                self.queued.push(byte);
             }
         }
     }
@@ -149,25 +149,25 @@ impl FaultyLine {
     pub(super) fn arrive(&mut self, tick: u64, mut write: impl FnMut(&[u8])) {
         if self.random.chance(self.faults.babble) {
             for _ in 0..1 + self.random.next() % 32 {
-                self.held.push(self.random.next() as u8);
+                self.queued.push(self.random.next() as u8);
             }
         }
-        if self.held.len() > HELD_LIMIT {
-            self.held.drain(..self.held.len() - HELD_LIMIT);
+        if self.queued.len() > HELD_LIMIT {
+            self.queued.drain(..self.queued.len() - HELD_LIMIT);
         }
         if self.faults.batch_ms > 0 && !tick.is_multiple_of(self.faults.batch_ms.into()) {
             return;
         }
-        if self.held.is_empty() || self.random.chance(self.faults.merged) {
+        if self.queued.is_empty() || self.random.chance(self.faults.merged) {
             return;
         }
         let count = if self.random.chance(self.faults.split) {
-            self.random.next() as usize % self.held.len()
+            self.random.next() as usize % self.queued.len()
         } else {
-            self.held.len()
+            self.queued.len()
         };
-        write(&self.held[..count]);
-        self.held.drain(..count);
+        write(&self.queued[..count]);
+        self.queued.drain(..count);
     }
 }
 
@@ -213,7 +213,7 @@ mod tests {
             } else {
                 0
             };
-            assert_eq!(line.takes(tick), takes, "{tick}");
+            assert_eq!(line.bytes_taken(tick), takes, "{tick}");
         }
         assert_eq!(arrived, 200);
     }

@@ -148,7 +148,7 @@ pub(super) struct RigFirmware {
     device: Device,
     mistake: Option<Mistake>,
     /// Time of the newest bytes from the host, µs.
-    heard_us: u32,
+    last_bytes_us: u32,
     trips: u32,
     samples: u32,
     frozen_at_m: Option<[f32; 3]>,
@@ -173,7 +173,7 @@ impl RigFirmware {
         Self {
             device: Device::new(inner),
             mistake,
-            heard_us: 0,
+            last_bytes_us: 0,
             trips: 0,
             samples: 0,
             frozen_at_m: None,
@@ -198,7 +198,7 @@ impl RigFirmware {
     /// Takes the host's bytes, and returns the answer to a greeting.
     pub(super) fn receive(&mut self, bytes: &[u8], now_us: u32) -> Option<Vec<u8>> {
         if !bytes.is_empty() {
-            self.heard_us = now_us;
+            self.last_bytes_us = now_us;
         }
         self.device.receive(bytes, now_us);
         let answer = self.device.answer()?;
@@ -219,15 +219,15 @@ impl RigFirmware {
     }
 
     /// Time that the watchdog is given, µs.
-    fn watched_us(&self, now_us: u32) -> u32 {
-        let silent_us = now_us.wrapping_sub(self.heard_us);
+    fn watchdog_time_us(&self, now_us: u32) -> u32 {
+        let silent_us = now_us.wrapping_sub(self.last_bytes_us);
         match self.mistake {
             // This watchdog's time stands still, so it never acts.
-            Some(Mistake::WatchdogMissing) => self.heard_us,
+            Some(Mistake::WatchdogMissing) => self.last_bytes_us,
             Some(Mistake::WatchdogFlaky)
                 if !self.trips.is_multiple_of(3) && silent_us < FLAKY_US =>
             {
-                self.heard_us
+                self.last_bytes_us
             }
             _ => now_us,
         }
@@ -235,7 +235,7 @@ impl RigFirmware {
 
     /// Force of the motors now, N.
     pub(super) fn force_n(&mut self, now_us: u32) -> Vec3 {
-        let seen_us = self.watched_us(now_us);
+        let seen_us = self.watchdog_time_us(now_us);
         let had = self.device.is_commanded();
         let Force { force_n, .. } = self.device.force(seen_us);
         if had && !self.device.is_commanded() {
@@ -260,7 +260,7 @@ impl RigFirmware {
 
     /// Force of the motor that opens the handle, N.
     pub(super) fn opening_n(&mut self, now_us: u32) -> f32 {
-        let seen_us = self.watched_us(now_us);
+        let seen_us = self.watchdog_time_us(now_us);
         let opening_n = self.device.force(seen_us).opening_n.unwrap_or_default();
         if self.has(Mistake::OpeningForceNegated) {
             return -opening_n;
@@ -275,8 +275,8 @@ impl RigFirmware {
             return None;
         }
         self.device.set_fault(self.has(Mistake::Fault));
-        let motion = self.spoilt(*motion);
-        let seen_us = self.watched_us(now_us);
+        let motion = self.with_mistake(*motion);
+        let seen_us = self.watchdog_time_us(now_us);
         let sample = self.device.state(&motion, seen_us)?;
         let mut state = parsed(&sample, State::parse)?;
         state.device_time_us = match self.mistake {
@@ -302,7 +302,7 @@ impl RigFirmware {
         Some(self.sent(&state.frame(sequence(&sample)?)))
     }
 
-    fn spoilt(&mut self, mut motion: Motion) -> Motion {
+    fn with_mistake(&mut self, mut motion: Motion) -> Motion {
         let scale = |vector: [f32; 3], by: f32| vector.map(|part| part * by);
         let [x, y, z] = motion.position_m;
         let [u, v, w] = motion.velocity_m_s;

@@ -16,9 +16,9 @@ mod inverse3;
 mod led;
 mod mistake;
 mod operated;
-mod played;
 mod pty;
 mod random;
+mod simulated;
 mod station;
 mod touch;
 
@@ -37,11 +37,11 @@ pub use hand::{Hand, HandScript, Intent, ROUND_S};
 pub use holding::Holding;
 #[cfg(test)]
 pub(crate) use holding::pressing_m;
-pub use inverse3::{EmulatedInverse3, Misbehaviour};
+pub use inverse3::{EmulatedInverse3, ServiceFault};
 pub use led::{LedHand, Measured};
 pub use mistake::Mistake;
 pub use operated::Wish;
-pub use played::{Played, PlayedBody};
+pub use simulated::{SimulatedBody, SimulatedDevice};
 pub use touch::{Body, Grip, Touch};
 
 #[cfg(test)]
@@ -92,13 +92,13 @@ pub struct Lines {
 
 /// State inside the emulated devices, which no controller sees.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Inside {
+pub struct InnerState {
     /// Emulated time since the start, s.
     pub time_s: f32,
     /// Force commanded to the motors of the haptic device, in its base frame, N.
     pub force_n: rt_core::math::Vec3,
     /// Motor command as a share of the largest permitted command.
-    pub strain: f32,
+    pub motor_load: f32,
 }
 
 const MILLISECOND: Duration = Duration::from_millis(1);
@@ -136,7 +136,7 @@ pub fn run_watched(
     config: &EmulateConfig,
     stop: &AtomicBool,
     ready: &mut dyn FnMut(&Lines),
-    watch: &mut dyn FnMut(Inside),
+    watch: &mut dyn FnMut(InnerState),
 ) -> Result<(), HardwareError> {
     emulate(config, stop, &mut || None, ready, watch)
 }
@@ -146,7 +146,7 @@ fn emulate(
     stop: &AtomicBool,
     wish: &mut dyn FnMut() -> Option<Wish>,
     ready: &mut dyn FnMut(&Lines),
-    watch: &mut dyn FnMut(Inside),
+    watch: &mut dyn FnMut(InnerState),
 ) -> Result<(), HardwareError> {
     let mut station = Station::new(config)?;
     ready(station.lines());

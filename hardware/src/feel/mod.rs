@@ -18,7 +18,7 @@ use rt_core::time::TimeNs;
 use crate::conformance::Report;
 use bench::Bench;
 
-pub use bench::Broken;
+pub use bench::EndReason;
 pub use fingers::COUNT as SQUEEZES;
 pub use moves::COUNT as MOVES;
 pub use pushes::COUNT as PUSHES;
@@ -309,7 +309,7 @@ pub fn feel(device: &mut dyn HapticDevice, guide: &mut dyn Guide, seed: u64) -> 
     felt
 }
 
-fn run(bench: &mut Bench<'_>, felt: &mut Felt, seed: u64) -> Result<(), Broken> {
+fn run(bench: &mut Bench<'_>, felt: &mut Felt, seed: u64) -> Result<(), EndReason> {
     let radius_m = bench.capabilities().workspace_radius_m;
     let way_m = MOVE_M.min(MOVE_SHARE * radius_m);
     moves::test(bench, &mut felt.report, way_m)?;

@@ -3,7 +3,7 @@
 
 use rt_core::math::Vec3;
 
-use super::bench::{Bench, Broken};
+use super::bench::{Bench, EndReason};
 use super::{Direction, Left, Step};
 use crate::conformance::Report;
 
@@ -19,10 +19,10 @@ const STAY_MS: u32 = 700;
 /// and motors need some time.
 const SILENT_MS: u32 = 150;
 /// Share of the commanded force below which a measured force counts as none.
-const FELT: f32 = 0.1;
+const NOTHING_SHARE: f32 = 0.1;
 
 /// Pushes, sends nothing more, and judges whether the push has ended.
-pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report) -> Result<(), Broken> {
+pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report) -> Result<(), EndReason> {
     let Some(watchdog_ms) = bench.watchdog_ms() else {
         report.skip(
             NAME,
@@ -31,13 +31,13 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report) -> Result<(), Bro
         return Ok(());
     };
     bench.until_done(&Step::HoldForSilence, Vec3::zeros(), |_| {})?;
-    let force_n = bench.bearable_n(FORCE_N);
+    let force_n = bench.permitted_n(FORCE_N);
     bench.guide().tell(&Step::PushAndFallSilent { force_n });
     let full_n = Direction::Up.vector() * force_n;
-    let share = |ms: u32| (ms as f32 / RISE_MS as f32).min(1.0);
-    bench.pushed(RISE_MS + STAY_MS, |ms| full_n * share(ms), |_, _| {})?;
+    let force_share = |ms: u32| (ms as f32 / RISE_MS as f32).min(1.0);
+    bench.pushed(RISE_MS + STAY_MS, |ms| full_n * force_share(ms), |_, _| {})?;
     match bench.left(SILENT_MS.max(u32::from(watchdog_ms)))? {
-        None => report.leave_open(NAME, "nobody said whether the push had ended"),
+        None => report.mark_not_judged(NAME, "nobody said whether the push had ended"),
         Some(answer) => {
             let (good, words) = judge(force_n, answer);
             report.judge(NAME, good, words);
@@ -50,7 +50,7 @@ fn judge(asked_n: f32, answer: Left) -> (bool, String) {
     let words = format!("{asked_n:.1} N up, then no command for {SILENT_MS} ms:");
     let left = match answer {
         Left::Nothing => return (true, format!("{words} the force ended")),
-        Left::Measured(force_n) if force_n.norm() < FELT * asked_n => {
+        Left::Measured(force_n) if force_n.norm() < NOTHING_SHARE * asked_n => {
             let left_n = force_n.norm();
             return (true, format!("{words} {left_n:.2} N measured"));
         }

@@ -14,7 +14,7 @@ use super::wire::{ARMS, Port};
 
 /// Smallest sine of the angle between the far arms at which force is rendered. At a smaller angle,
 /// the torques for a force exceed what the motors can render.
-const STRETCHED: f64 = 0.1;
+const SINE_MIN: f64 = 0.1;
 
 /// Arms, encoders, drives and limits of one generation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -213,7 +213,7 @@ impl Pantograph {
             far[arm].dot(&Vector2::new(-near.y, near.x))
         });
         let [a, b] = far;
-        if a.perp(&b).abs() < STRETCHED * self.far_m * self.far_m {
+        if a.perp(&b).abs() < SINE_MIN * self.far_m * self.far_m {
             return None;
         }
         let rows = Matrix2::new(a.x, a.y, b.x, b.y);

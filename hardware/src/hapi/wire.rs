@@ -84,7 +84,7 @@ pub fn set_up(ports: &[Port; ARMS]) -> [u8; SET_UP_BYTES] {
 /// Torque command for ports 1 and 2, N m.
 #[must_use]
 pub fn torques(torque_nm: [f32; ARMS]) -> [u8; TORQUES_BYTES] {
-    let [a, b] = torque_nm.map(|torque| coarse(torque).to_le_bytes());
+    let [a, b] = torque_nm.map(|torque| truncate_mantissa(torque).to_le_bytes());
     let [[a0, a1, a2, a3], [b0, b1, b2, b3]] = [a, b];
     [command::TORQUES, ID, a0, a1, a2, a3, b0, b1, b2, b3]
 }
@@ -92,7 +92,7 @@ pub fn torques(torque_nm: [f32; ARMS]) -> [u8; TORQUES_BYTES] {
 /// Rounds the torque towards zero in steps of less than 1 %, so that its two lower bytes are zero.
 /// If one or two bytes are lost on the way, zeros shift into the float's upper bytes, and the
 /// torque is nearly zero.
-fn coarse(torque_nm: f32) -> f32 {
+fn truncate_mantissa(torque_nm: f32) -> f32 {
     if torque_nm.is_finite() {
         f32::from_bits(torque_nm.to_bits() & 0xFFFF_0000)
     } else {
@@ -132,20 +132,20 @@ impl AnswerReader {
             self.len = 0;
             Some(Ok(angles_deg))
         } else {
-            self.take_up(self.bytes);
+            self.resynchronise(self.bytes);
             Some(Err(Broken))
         }
     }
 
     /// Rejects the last answer. The true answer may begin anywhere behind its first byte.
-    pub fn refuse(&mut self) {
+    pub fn reject(&mut self) {
         if self.len == 0 {
-            self.take_up(self.bytes);
+            self.resynchronise(self.bytes);
         }
     }
 
     /// Searches the bytes of a rejected answer for the next beginning.
-    fn take_up(&mut self, [_, rest @ ..]: [u8; ANSWER_BYTES]) {
+    fn resynchronise(&mut self, [_, rest @ ..]: [u8; ANSWER_BYTES]) {
         let skipped = rest.iter().take_while(|&&byte| byte != ID).count();
         self.len = 0;
         for (slot, &byte) in self.bytes.iter_mut().zip(rest.iter().skip(skipped)) {
@@ -235,7 +235,7 @@ mod tests {
             if let Some(Ok(angles)) = reader.push(byte) {
                 found.push(angles);
                 if angles[0] < 0.5 {
-                    reader.refuse();
+                    reader.reject();
                 }
             }
         }
@@ -275,7 +275,7 @@ mod tests {
 
         #[test]
         fn torques_are_sent_to_one_percent_and_never_more(sent in -0.123..0.123f32) {
-            let read = coarse(sent);
+            let read = truncate_mantissa(sent);
             prop_assert!(read.abs() <= sent.abs() && (read - sent).abs() <= 0.01 * sent.abs());
         }
     }

@@ -5,7 +5,7 @@ use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
 use super::message::Message;
-use super::request::{Heard, Inbox};
+use super::request::{Inbox, Incoming};
 use super::wire::Version;
 
 /// Largest number of bytes from a client that one call reads.
@@ -15,10 +15,10 @@ pub(super) const ANSWERS_MAX: usize = 16;
 
 /// Time in which a new client may send a first request. Until then it gets no message without a
 /// request.
-const FIRST_QUESTION: Duration = Duration::from_millis(200);
+const FIRST_REQUEST_TIME: Duration = Duration::from_millis(200);
 /// A client that began with a request gets answers only. It gets all messages once it has sent no
 /// request for this time.
-const QUESTIONS: Duration = Duration::from_secs(5);
+const ANSWERS_ONLY_TIME: Duration = Duration::from_secs(5);
 
 /// A connected client.
 #[derive(Debug)]
@@ -26,12 +26,12 @@ pub(super) struct Client {
     stream: TcpStream,
     inbox: Inbox,
     /// Unsent rest of the last message.
-    rest: Vec<u8>,
+    unsent: Vec<u8>,
     /// True if the client has closed its sending side. It may still read.
     is_done_sending: bool,
     /// Version of the client's last message. All messages to this client have this version.
     version: Version,
-    attention: Attention,
+    mode: Mode,
     /// Tracking data that the client requested, with rotations as matrices and as quaternions.
     tracking: [Option<Tracking>; 2],
     /// True once the client was told that the server ignores its data.
@@ -40,13 +40,13 @@ pub(super) struct Client {
 
 /// State of a client that decides whether it gets messages without a request.
 #[derive(Debug, Clone, Copy)]
-enum Attention {
+enum Mode {
     /// It is new, and may begin with a request until this time.
-    New(Instant),
+    AwaitingRequest(Instant),
     /// It sends requests, and takes the next message as the answer. The state ends at this time.
-    Asks(Instant),
+    AnswersOnly(Instant),
     /// It gets all messages.
-    Listens,
+    AllMessages,
 }
 
 /// Form of tracking data.
@@ -80,10 +80,10 @@ impl Client {
         Self {
             stream,
             inbox: Inbox::default(),
-            rest: Vec::new(),
+            unsent: Vec::new(),
             is_done_sending: false,
             version: Version::One,
-            attention: Attention::New(Instant::now() + FIRST_QUESTION),
+            mode: Mode::AwaitingRequest(Instant::now() + FIRST_REQUEST_TIME),
             tracking: [None; 2],
             is_told_of_data: false,
         }
@@ -95,13 +95,13 @@ impl Client {
     /// # Errors
     ///
     /// The socket's error: the client is gone.
-    pub(super) fn hear(&mut self) -> io::Result<Vec<Heard>> {
+    pub(super) fn receive(&mut self) -> io::Result<Vec<Incoming>> {
         if !self.is_done_sending && self.inbox.has_room() {
             let mut bytes = [0; READ_BYTES];
             match self.stream.read(&mut bytes) {
                 Ok(0) => self.is_done_sending = true,
                 Ok(count) => self.inbox.add(bytes.get(..count).unwrap_or_default()),
-                Err(error) if is_for_later(&error) => {}
+                Err(error) if is_temporary(&error) => {}
                 Err(error) => return Err(error),
             }
         }
@@ -110,7 +110,7 @@ impl Client {
     }
 
     /// Uses the version of the client's message for all later messages.
-    pub(super) fn speak(&mut self, version: Version) {
+    pub(super) fn use_version(&mut self, version: Version) {
         self.version = match version {
             Version::One => Version::One,
             Version::Two { .. } => Version::Two { message_id: 0 },
@@ -118,26 +118,26 @@ impl Client {
     }
 
     /// Notes a request for data. The client takes the next message as the answer.
-    pub(super) fn ask(&mut self) {
-        if !matches!(self.attention, Attention::Listens) {
-            self.attention = Attention::Asks(Instant::now() + QUESTIONS);
+    pub(super) fn note_request(&mut self) {
+        if !matches!(self.mode, Mode::AllMessages) {
+            self.mode = Mode::AnswersOnly(Instant::now() + ANSWERS_ONLY_TIME);
         }
     }
 
     /// True if the client gets messages without a request.
-    pub(super) const fn listens(&self) -> bool {
-        matches!(self.attention, Attention::Listens)
+    pub(super) const fn gets_all(&self) -> bool {
+        matches!(self.mode, Mode::AllMessages)
     }
 
     /// Returns true once, when the client begins to get messages without a request: its time for a
     /// request is over, or it has closed its sending side.
-    pub(super) fn begins_to_listen(&mut self, now: Instant) -> bool {
-        let (Attention::New(end) | Attention::Asks(end)) = self.attention else {
+    pub(super) fn begins_to_get_all(&mut self, now: Instant) -> bool {
+        let (Mode::AwaitingRequest(end) | Mode::AnswersOnly(end)) = self.mode else {
             return false;
         };
         let begins = now >= end || self.is_done_sending;
         if begins {
-            self.attention = Attention::Listens;
+            self.mode = Mode::AllMessages;
         }
         begins
     }
@@ -200,10 +200,10 @@ impl Client {
     }
 
     fn send_bytes(&mut self, message: &[u8]) -> io::Result<bool> {
-        if !self.rest.is_empty() {
-            let sent = self.write(&self.rest)?;
-            self.rest.drain(..sent);
-            if !self.rest.is_empty() {
+        if !self.unsent.is_empty() {
+            let sent = self.write(&self.unsent)?;
+            self.unsent.drain(..sent);
+            if !self.unsent.is_empty() {
                 return Ok(false);
             }
         }
@@ -211,19 +211,19 @@ impl Client {
         if sent == 0 {
             return Ok(false);
         }
-        self.rest.extend(message.iter().skip(sent));
+        self.unsent.extend(message.iter().skip(sent));
         Ok(true)
     }
 
     fn write(&self, bytes: &[u8]) -> io::Result<usize> {
         match (&self.stream).write(bytes) {
             Ok(0) => Err(ErrorKind::WriteZero.into()),
-            Err(error) if is_for_later(&error) => Ok(0),
+            Err(error) if is_temporary(&error) => Ok(0),
             other => other,
         }
     }
 }
 
-fn is_for_later(error: &io::Error) -> bool {
+fn is_temporary(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted)
 }

@@ -9,7 +9,7 @@ const BODY_MAX: u64 = 1 << 32;
 
 /// Next thing in a client's stream.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) enum Heard {
+pub(super) enum Incoming {
     /// A whole message.
     Request(Request),
     /// A message whose checksum or extended header is wrong.
@@ -39,7 +39,7 @@ pub(super) struct Request {
 pub(super) struct Inbox {
     bytes: Vec<u8>,
     /// Bytes of a large body that are still to be skipped.
-    to_pass: u64,
+    bytes_to_skip: u64,
     is_noise: bool,
 }
 
@@ -49,8 +49,9 @@ impl Inbox {
         if self.is_noise {
             return;
         }
-        let passed = usize::try_from(self.to_pass).map_or(bytes.len(), |it| it.min(bytes.len()));
-        self.to_pass -= passed as u64;
+        let passed =
+            usize::try_from(self.bytes_to_skip).map_or(bytes.len(), |it| it.min(bytes.len()));
+        self.bytes_to_skip -= passed as u64;
         self.bytes.extend(bytes.iter().skip(passed));
     }
 
@@ -60,24 +61,24 @@ impl Inbox {
     }
 
     /// The next message, if it has arrived completely.
-    pub(super) fn next(&mut self) -> Option<Heard> {
+    pub(super) fn next(&mut self) -> Option<Incoming> {
         let (head, rest) = self.bytes.split_first_chunk::<HEADER_BYTES>()?;
         let header = Header::read(head).filter(|header| header.body_bytes <= BODY_MAX);
         let Some(header) = header else {
             self.is_noise = true;
             self.bytes = Vec::new();
-            return Some(Heard::Noise);
+            return Some(Incoming::Noise);
         };
         let length = usize::try_from(header.body_bytes).unwrap_or(usize::MAX);
         if length > KEPT_BYTES {
             let here = length.min(rest.len());
-            self.to_pass = header.body_bytes - here as u64;
+            self.bytes_to_skip = header.body_bytes - here as u64;
             self.bytes.drain(..HEADER_BYTES + here);
             let version = match header.version {
                 1 => Version::One,
                 _ => Version::Two { message_id: 0 },
             };
-            return Some(Heard::Request(Request {
+            return Some(Incoming::Request(Request {
                 version,
                 kind: header.kind,
                 name: header.name,
@@ -91,8 +92,8 @@ impl Inbox {
             .map(|(version, content)| (version, content.to_vec()));
         self.bytes.drain(..HEADER_BYTES + length);
         Some(match opened {
-            None => Heard::Damaged { kind: header.kind },
-            Some((version, content)) => Heard::Request(Request {
+            None => Incoming::Damaged { kind: header.kind },
+            Some((version, content)) => Incoming::Request(Request {
                 version,
                 kind: header.kind,
                 name: header.name,
@@ -132,8 +133,8 @@ mod tests {
         wire::pack(version, kind, "Calot", 0, content)
     }
 
-    fn request(version: Version, kind: &str, content: &[u8]) -> Heard {
-        Heard::Request(Request {
+    fn request(version: Version, kind: &str, content: &[u8]) -> Incoming {
+        Incoming::Request(Request {
             version,
             kind: kind.into(),
             name: "Calot".into(),
@@ -180,9 +181,9 @@ mod tests {
         inbox.add(&bytes);
         let kinds = ["GET_TDATA", "STATUS"];
         for kind in kinds {
-            assert_eq!(inbox.next(), Some(Heard::Damaged { kind: kind.into() }));
+            assert_eq!(inbox.next(), Some(Incoming::Damaged { kind: kind.into() }));
         }
-        assert_eq!(inbox.next(), Some(Heard::Noise));
+        assert_eq!(inbox.next(), Some(Incoming::Noise));
         inbox.add(&packed(Version::One, "GET_STATUS", b""));
         assert_eq!(inbox.next(), None);
     }

@@ -13,7 +13,7 @@ use super::client::{Client, Form};
 use super::message::{Code, Message};
 
 /// Types of messages that hold the present state. They are forgotten when the source falls silent.
-const MOMENTARY: [&str; 5] = ["TRANSFORM", "TDATA", "QTDATA", "SENSOR", "POLYDATA"];
+const PRESENT_STATE_KINDS: [&str; 5] = ["TRANSFORM", "TDATA", "QTDATA", "SENSOR", "POLYDATA"];
 
 /// A listening server.
 #[derive(Debug)]
@@ -27,7 +27,7 @@ pub struct Server {
     /// Newest message of each type and name, for requests.
     newest: Vec<Message>,
     /// Newest messages for clients that connect later.
-    greeting: Vec<Message>,
+    announcements: Vec<Message>,
     skipped: u64,
     turned_away: u64,
 }
@@ -54,7 +54,7 @@ impl Server {
             frame: frame.to_uppercase(),
             clients: Vec::new(),
             newest: Vec::new(),
-            greeting: Vec::new(),
+            announcements: Vec::new(),
             skipped: 0,
             turned_away: 0,
         })
@@ -99,8 +99,8 @@ impl Server {
     /// Sends the newest announcements to a client that now begins to get messages without a
     /// request. Returns false if the client has gone.
     fn greet(&self, client: &mut Client) -> bool {
-        !client.begins_to_listen(Instant::now())
-            || self.greeting.iter().all(|it| client.send(it).is_ok())
+        !client.begins_to_get_all(Instant::now())
+            || self.announcements.iter().all(|it| client.send(it).is_ok())
     }
 
     /// Sends messages to all clients that get messages without a request. `TDATA` and `QTDATA` go
@@ -113,7 +113,7 @@ impl Server {
             messages.iter().all(|message| {
                 let is_due = match Form::of(message.kind) {
                     Some(form) => client.is_tracking_due(form, now),
-                    None => client.listens(),
+                    None => client.gets_all(),
                 };
                 if !is_due {
                     return true;
@@ -132,13 +132,13 @@ impl Server {
     /// Sends a message to all clients, and later to each that connects.
     pub fn announce(&mut self, message: &Message) {
         self.send(std::slice::from_ref(message));
-        keep(&mut self.greeting, message);
+        keep(&mut self.announcements, message);
     }
 
     /// Forgets the newest poses and values, so that no answer has old ones.
     pub fn forget_moment(&mut self) {
         self.newest
-            .retain(|message| !MOMENTARY.contains(&message.kind));
+            .retain(|message| !PRESENT_STATE_KINDS.contains(&message.kind));
     }
 
     fn accept(&mut self, unix_ns: u64) {

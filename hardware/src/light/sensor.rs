@@ -14,7 +14,7 @@ use super::sound::Sound;
 use crate::line::now_ns;
 
 /// Pause between two reads of an input.
-const LOOK_EVERY: Duration = Duration::from_micros(100);
+const READ_INTERVAL: Duration = Duration::from_micros(100);
 /// Largest number of bytes of sound that are read at once. They are few, so that the arrival of a
 /// block gives the time of its samples.
 const CHUNK: usize = 512;
@@ -57,7 +57,7 @@ impl Sensor {
     ///
     /// The system's, if it has no thread left.
     pub fn watch(mut input: impl LightInput + 'static) -> std::io::Result<Self> {
-        let (tell, edges) = mpsc::channel();
+        let (sender, edges) = mpsc::channel();
         let stop = Arc::new(AtomicBool::new(false));
         let asked = Arc::clone(&stop);
         let look = move || {
@@ -68,13 +68,13 @@ impl Sensor {
                     Seen::Nothing => {}
                     Seen::Level { bright, at_ns } => {
                         if let Some(edge) = levels.take(bright, at_ns)
-                            && tell.send(edge).is_err()
+                            && sender.send(edge).is_err()
                         {
                             return;
                         }
                     }
                 }
-                std::thread::sleep(LOOK_EVERY);
+                std::thread::sleep(READ_INTERVAL);
             }
         };
         Ok(Self {
@@ -91,9 +91,9 @@ impl Sensor {
     ///
     /// The system's, if it has no thread left.
     pub fn listen(from: impl Read + Send + 'static, rate_hz: u32) -> std::io::Result<Self> {
-        let (tell, edges) = mpsc::channel();
+        let (sender, edges) = mpsc::channel();
         // The thread may wait in a read for ever, so `drop` must not wait for it.
-        drop(thread(move || listen(from, rate_hz, &tell))?);
+        drop(thread(move || listen(from, rate_hz, &sender))?);
         Ok(Self {
             edges,
             stop: Arc::default(),
@@ -127,7 +127,7 @@ fn thread(body: impl FnOnce() + Send + 'static) -> std::io::Result<JoinHandle<()
     named.spawn(body)
 }
 
-fn listen(mut from: impl Read, rate_hz: u32, tell: &Sender<Edge>) {
+fn listen(mut from: impl Read, rate_hz: u32, sender: &Sender<Edge>) {
     let mut sound = Sound::new(rate_hz);
     let mut chunk = [0; CHUNK];
     // A read may end in the middle of a sample.
@@ -140,7 +140,7 @@ fn listen(mut from: impl Read, rate_hz: u32, tell: &Sender<Edge>) {
             _ => 0,
         });
         for edge in sound.take(samples, now_ns()) {
-            if tell.send(edge).is_err() {
+            if sender.send(edge).is_err() {
                 return;
             }
         }

@@ -16,9 +16,9 @@ const STEP_MIN: f64 = 300.0;
 /// Smallest step that counts, as a share of the highest step.
 const STEP_SHARE: f64 = 1.0 / 3.0;
 /// Half-life of the highest step, s.
-const HALVED_S: f64 = 5.0;
+const HALF_LIFE_S: f64 = 5.0;
 /// Time after a step in which further steps are ignored, s.
-const REST_S: f64 = 0.01;
+const DEAD_TIME_S: f64 = 0.01;
 
 /// A stream of samples.
 #[derive(Debug)]
@@ -33,7 +33,7 @@ pub struct Sound {
     highest: f64,
     /// The present step: its height so far, and the number of the sample at its middle.
     step: Option<(f64, u64)>,
-    rests_until: u64,
+    ignored_until: u64,
     /// Time of sample 0, ns, computed from the block that came with the least delay.
     began_ns: Option<i128>,
 }
@@ -51,7 +51,7 @@ impl Sound {
             count: 0,
             highest: 0.0,
             step: None,
-            rests_until: 0,
+            ignored_until: 0,
             began_ns: None,
         }
     }
@@ -93,12 +93,12 @@ impl Sound {
         }
         let sum = |from: usize| self.latest.iter().skip(from).take(self.half).sum::<f64>();
         let height = (sum(self.half) - sum(0)) / self.half as f64;
-        self.highest *= 0.5f64.powf(1.0 / (HALVED_S * self.rate_hz));
+        self.highest *= 0.5f64.powf(1.0 / (HALF_LIFE_S * self.rate_hz));
         self.highest = self.highest.max(height.abs());
         let counts = height.abs() >= STEP_MIN.max(STEP_SHARE * self.highest);
         let middle = self.count - self.half as u64;
         match self.step {
-            _ if self.count < self.rests_until => None,
+            _ if self.count < self.ignored_until => None,
             Some((top, _)) if counts && height.abs() > top.abs() => {
                 self.step = Some((height, middle));
                 None
@@ -110,7 +110,7 @@ impl Sound {
             // Both means now lie behind the step, so its height no longer grows.
             Some((top, at)) if middle > at + self.half as u64 => {
                 self.step = None;
-                self.rests_until = self.count + (REST_S * self.rate_hz) as u64;
+                self.ignored_until = self.count + (DEAD_TIME_S * self.rate_hz) as u64;
                 Some((top > 0.0, at))
             }
             _ => None,

@@ -5,7 +5,7 @@ use super::wire::{State, Status};
 
 /// Drops of the force by the device's watchdog.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Drops {
+pub struct WatchdogDrops {
     /// Number of drops so far. A drop counts only if a sample showed the force in effect before.
     pub count: u32,
     /// Duration of the last dropped force, µs: from the first sample with the force in effect to
@@ -18,7 +18,7 @@ pub struct Drops {
 pub(super) struct Watchdog {
     /// Number of the force in effect, and the device's time of the first sample with it, µs.
     in_effect: Option<(u16, u32)>,
-    drops: Drops,
+    drops: WatchdogDrops,
 }
 
 impl Watchdog {
@@ -35,14 +35,14 @@ impl Watchdog {
             return;
         };
         if state.status.contains(Status::WATCHDOG) {
-            self.drops = Drops {
+            self.drops = WatchdogDrops {
                 count: self.drops.count.wrapping_add(1),
                 held_us: now_us.wrapping_sub(since_us),
             };
         }
     }
 
-    pub(super) const fn drops(&self) -> Drops {
+    pub(super) const fn drops(&self) -> WatchdogDrops {
         self.drops
     }
 }
@@ -75,7 +75,7 @@ mod tests {
             };
             watchdog.take(&now);
         }
-        let Drops { count, held_us } = watchdog.drops();
+        let WatchdogDrops { count, held_us } = watchdog.drops();
         assert_eq!((count, held_us), (1, 50_000));
     }
 
@@ -85,6 +85,6 @@ mod tests {
         watchdog.take(&state(0, Status::FORCE_ON, 7));
         watchdog.take(&state(1, Status::FAULT, 0));
         watchdog.take(&state(2, Status::WATCHDOG, 0));
-        assert_eq!(watchdog.drops(), Drops::default());
+        assert_eq!(watchdog.drops(), WatchdogDrops::default());
     }
 }

@@ -66,7 +66,7 @@ impl HapticSpec {
         });
         Ok(match self.motion_scale {
             None => device,
-            Some(by) => Box::new(Scaled { device, by }),
+            Some(scale) => Box::new(Scaled { device, scale }),
         })
     }
 }

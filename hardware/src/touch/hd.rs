@@ -15,10 +15,10 @@ use crate::vendor::{Product, incomplete, refused, symbols};
 
 /// Remedies for a person whose library is refused.
 const PRODUCT: Product = Product {
-    version: "Calot needs OpenHaptics 3.4: install that version (`ldd -r` on the library lists what it lacks)",
-    install: "Install the vendor's driver, or name its library in the station file",
-    again: "Install the vendor's driver again, or name its library in the station file",
-    itself: "Name the library itself, e.g. libHD.so.3.4 beside it",
+    wrong_version: "Calot needs OpenHaptics 3.4: install that version (`ldd -r` on the library lists what it lacks)",
+    missing: "Install the vendor's driver, or name its library in the station file",
+    broken: "Install the vendor's driver again, or name its library in the station file",
+    not_a_library: "Name the library itself, e.g. libHD.so.3.4 beside it",
 };
 
 /// Numbers of parameters, capabilities and answers.

@@ -15,7 +15,7 @@ const LIMIT: Duration = Duration::from_secs(10);
 
 /// Access to one vendor's library, which serves one driver at a time.
 #[derive(Debug)]
-pub(crate) struct Door {
+pub(crate) struct LibraryAccess {
     /// Name of the thread that opens a device.
     name: &'static str,
     in_use: AtomicBool,
@@ -23,7 +23,7 @@ pub(crate) struct Door {
     hangs: AtomicBool,
 }
 
-impl Door {
+impl LibraryAccess {
     pub(crate) const fn new(name: &'static str) -> Self {
         Self {
             name,
@@ -40,7 +40,7 @@ impl Door {
 
     /// Notes that the library blocks a thread that should have ended. If that thread ends after
     /// all, it frees the library.
-    pub(crate) fn hang(&self) {
+    pub(crate) fn mark_hung(&self) {
         self.hangs.store(true, Ordering::Release);
     }
 

@@ -13,13 +13,13 @@ const ELF_CLASS_32: u8 = 1;
 #[derive(Debug)]
 pub(crate) struct Product {
     /// Remedy if a function is missing.
-    pub(crate) version: &'static str,
+    pub(crate) wrong_version: &'static str,
     /// Remedy if the library is missing.
-    pub(crate) install: &'static str,
+    pub(crate) missing: &'static str,
     /// Remedy if the library is broken.
-    pub(crate) again: &'static str,
+    pub(crate) broken: &'static str,
     /// Remedy if another kind of file has the library's name.
-    pub(crate) itself: &'static str,
+    pub(crate) not_a_library: &'static str,
 }
 
 /// Error of a library that the loader refused with `words`.
@@ -41,7 +41,7 @@ pub(crate) fn incomplete(path: &Path, words: &str, product: &Product) -> Hardwar
     HardwareError::Library {
         path: path.to_path_buf(),
         what,
-        remedy: product.version,
+        remedy: product.wrong_version,
     }
 }
 
@@ -83,9 +83,9 @@ fn cause(path: &Path, words: &str, product: &Product) -> (String, &'static str) 
         );
     }
     if words.contains("No such file") {
-        return ("no such library".to_owned(), product.install);
+        return ("no such library".to_owned(), product.missing);
     }
-    (words.to_owned(), product.again)
+    (words.to_owned(), product.broken)
 }
 
 /// Cause and remedy if the loader's message names `other`, a library that the vendor's library
@@ -136,7 +136,7 @@ fn wrong_kind(path: &Path, product: &Product) -> Option<(String, &'static str)> 
         [0x7F, b'E', b'L', b'F', _] => None,
         _ => Some((
             "not a library but another file, perhaps a script for the linker".to_owned(),
-            product.itself,
+            product.not_a_library,
         )),
     }
 }
@@ -154,10 +154,10 @@ mod tests {
     use super::*;
 
     const PRODUCT: Product = Product {
-        version: "Install version 3.4",
-        install: "Install the vendor's driver",
-        again: "Install it again",
-        itself: "Name the library itself",
+        wrong_version: "Install version 3.4",
+        missing: "Install the vendor's driver",
+        broken: "Install it again",
+        not_a_library: "Name the library itself",
     };
 
     fn said(words: &str) -> String {
@@ -206,9 +206,9 @@ mod tests {
             let error = said(words);
             assert!(error.contains(cause), "{error}");
             for part in [
-                PRODUCT.version,
-                PRODUCT.install,
-                PRODUCT.again,
+                PRODUCT.wrong_version,
+                PRODUCT.missing,
+                PRODUCT.broken,
                 "64-bit driver",
             ] {
                 assert!(!error.contains(part), "{error}");

@@ -20,7 +20,7 @@ const COMMAS: usize = 2;
 /// Firmware of one Teensy.
 #[derive(Debug, Clone, Default)]
 pub struct Firmware {
-    inbox: Inbox,
+    buffer: CommandBuffer,
     command: Option<(Currents, u32)>,
     /// Encoders at the last good command. An answer with an error repeats them.
     counts: [i32; 6],
@@ -39,7 +39,7 @@ impl Firmware {
     ) {
         while let Some((&byte, rest)) = waiting.split_first() {
             waiting = rest;
-            let Some(read) = self.inbox.push(byte) else {
+            let Some(read) = self.buffer.push(byte) else {
                 continue;
             };
             let read = read.and_then(|currents| {
@@ -98,7 +98,7 @@ fn end_of_line(waiting: &mut &[u8]) -> Result<(), i32> {
 
 /// Bytes since the last command, at most as many as the firmware's buffer holds.
 #[derive(Debug, Clone)]
-struct Inbox {
+struct CommandBuffer {
     bytes: [u8; MAX_LINE],
     len: usize,
     /// Index after the last `[`.
@@ -107,7 +107,7 @@ struct Inbox {
     commas: usize,
 }
 
-impl Default for Inbox {
+impl Default for CommandBuffer {
     fn default() -> Self {
         Self {
             bytes: [0; MAX_LINE],
@@ -118,7 +118,7 @@ impl Default for Inbox {
     }
 }
 
-impl Inbox {
+impl CommandBuffer {
     /// Takes one byte. At the end of a command it returns the currents, `None` if they are no
     /// numbers, or an error code.
     fn push(&mut self, byte: u8) -> Option<Result<Option<Currents>, i32>> {

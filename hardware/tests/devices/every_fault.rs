@@ -177,7 +177,11 @@ fn under_every_fault<D: HapticDevice>(
         // last known position of the handle, which is slightly wrong while samples are missing or
         // damage looks like a movement.
         let seen = emulator.seen();
-        assert!(seen.strain <= 1.001, "{name}: {} of the most", seen.strain);
+        assert!(
+            seen.motor_load <= 1.001,
+            "{name}: {} of the most",
+            seen.motor_load
+        );
         assert!(
             seen.strongest_n > 0.1 || is_refused,
             "{name}: the force does arrive"

@@ -2,7 +2,7 @@
 //! its reason.
 
 use hardware::conformance::CheckOutcome;
-use hardware::emulate::{Grip, HapticModel, Mistake, Played};
+use hardware::emulate::{Grip, HapticModel, Mistake, SimulatedDevice};
 use hardware::feel::{Answer, Direction, Felt, Guide, Left, Squeezed, Step, feel};
 use rt_core::math::Vec3;
 
@@ -18,7 +18,7 @@ const NOTICED_N: f32 = 0.05;
 
 /// A person who does each step and answers what she feels.
 struct Person<'a> {
-    played: &'a Played,
+    played: &'a SimulatedDevice,
     at_m: Vec3,
     goal_m: Vec3,
     told_ms: u32,
@@ -36,7 +36,7 @@ struct Person<'a> {
 }
 
 impl<'a> Person<'a> {
-    fn at(played: &'a Played) -> Self {
+    fn at(played: &'a SimulatedDevice) -> Self {
         Self {
             played,
             at_m: Vec3::zeros(),
@@ -117,7 +117,7 @@ impl Guide for Person<'_> {
         if step_m > 0.0 {
             self.at_m += way_m.normalize() * step_m;
         }
-        let force_n = self.played.move_on(self.at_m);
+        let force_n = self.played.advance(self.at_m);
         self.now_n = force_n;
         if force_n.norm() > self.strongest_n.norm() {
             self.strongest_n = force_n;
@@ -144,10 +144,10 @@ fn felt(mistake: Option<Mistake>, seed: u64) -> Felt {
 }
 
 fn felt_of(model: HapticModel, mistake: Option<Mistake>, seed: u64) -> Felt {
-    let (mut device, played) = Played::open_held(model, mistake, LOOSE).expect("a rig");
+    let (mut device, played) = SimulatedDevice::open_rig_as(model, mistake, LOOSE).expect("a rig");
     let mut person = Person::at(&played);
     let felt = feel(&mut *device, &mut person, seed);
-    let left_n = played.move_on(Vec3::zeros()).norm();
+    let left_n = played.advance(Vec3::zeros()).norm();
     assert!(left_n < 1e-3, "{left_n} N are left");
     assert!(played.opening_n().abs() < 1e-3, "the fingers are free");
     felt
@@ -221,7 +221,7 @@ fn fails_of(model: HapticModel, mistake: Mistake, check: &str, words: &str) {
 #[test]
 fn a_stopped_test_says_so_and_leaves_no_force() {
     for stops_ms in [100, 5000, 9000, 14_000] {
-        let (mut device, played) = Played::open_rig(None, LOOSE).expect("a rig");
+        let (mut device, played) = SimulatedDevice::open_rig(None, LOOSE).expect("a rig");
         let mut person = Person::at(&played);
         person.stops_ms = Some(stops_ms);
         let felt = feel(&mut *device, &mut person, 1);
@@ -231,7 +231,7 @@ fn a_stopped_test_says_so_and_leaves_no_force() {
             "{}",
             felt.report
         );
-        assert!(played.move_on(Vec3::zeros()).norm() < 1e-3);
+        assert!(played.advance(Vec3::zeros()).norm() < 1e-3);
     }
 }
 
@@ -328,7 +328,8 @@ fn a_watchdog_that_leaves_the_motors_their_force_fails() {
 
 #[test]
 fn a_device_without_a_known_watchdog_is_not_left_alone() {
-    let (mut device, played) = Played::open_held(HapticModel::Hapi, None, LOOSE).expect("a board");
+    let (mut device, played) =
+        SimulatedDevice::open_rig_as(HapticModel::Hapi, None, LOOSE).expect("a board");
     let mut person = Person::at(&played);
     let felt = feel(&mut *device, &mut person, 1);
     if let Some(check) = felt.report.check("silence") {
@@ -353,7 +354,7 @@ fn a_clock_that_stands_fails() {
 
 #[test]
 fn without_a_scale_nothing_presses_on_one() {
-    let (mut device, played) = Played::open_rig(None, LOOSE).expect("a rig");
+    let (mut device, played) = SimulatedDevice::open_rig(None, LOOSE).expect("a rig");
     let mut person = Person::at(&played);
     person.has_scale = false;
     let felt = feel(&mut *device, &mut person, 1);
@@ -369,7 +370,7 @@ fn a_handle_that_nobody_holds_runs_off_and_is_let_go() {
         stiffness_n_m: 0.0,
         damping_n_s_m: 0.0,
     };
-    let (mut device, played) = Played::open_rig(None, free).expect("a rig");
+    let (mut device, played) = SimulatedDevice::open_rig(None, free).expect("a rig");
     let mut person = Person::at(&played);
     let felt = feel(&mut *device, &mut person, 1);
     let end = felt.report.check("end").map(|it| it.detail.clone());
@@ -378,5 +379,5 @@ fn a_handle_that_nobody_holds_runs_off_and_is_let_go() {
         "{}",
         felt.report
     );
-    assert!(played.move_on(Vec3::zeros()).norm() < 1e-3);
+    assert!(played.advance(Vec3::zeros()).norm() < 1e-3);
 }

@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use hardware::HardwareError;
 use hardware::bird::{BirdSetup, BirdTracker};
-use hardware::emulate::{EmulatedInverse3, Faults, HapticModel, LineFaults, Misbehaviour};
+use hardware::emulate::{EmulatedInverse3, Faults, HapticModel, LineFaults, ServiceFault};
 use hardware::hapi::{HapiHaptic, pantograph::Pantograph};
 use hardware::inverse3::Inverse3Haptic;
 use hardware::rig::{RigHaptic, RigPedal};
@@ -16,7 +16,7 @@ use hardware::woody::WoodyHaptic;
 use rt_core::math::Vec3;
 use rt_core::port::{ForceCommand, HapticDevice, Pedal, Polled, Tracker};
 
-use crate::fake_dhd::{Fake, Of, SIGMA_7};
+use crate::fake_dhd::{Entry, Fake, SIGMA_7};
 use crate::support::{Emulator, PATIENCE, persist, poll_for};
 
 /// The system's allocator, which counts the calls of a thread while the thread is armed.
@@ -178,7 +178,7 @@ fn nor_do_the_other_haptic_devices() {
         let mut device = persist(|| Inverse3Haptic::open(address.as_ref(), None));
         let hang_up = |samples| {
             if samples > 100 {
-                service.misbehave(Misbehaviour::HangUp);
+                service.set_fault(ServiceFault::HangUp);
             }
         };
         if until_lost(&mut device, hang_up) > 10 {
@@ -194,7 +194,7 @@ fn nor_does_a_device_behind_libdhd() {
     let mut device = persist(|| fake.open());
     let unplug = |samples| {
         if samples > 100 {
-            fake.set(Of::ReadError, 2.0);
+            fake.set(Entry::ReadError, 2.0);
         }
     };
     assert!(until_lost(&mut device, unplug) > 100);

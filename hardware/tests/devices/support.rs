@@ -25,7 +25,7 @@ pub(crate) struct Seen {
     /// Largest force commanded so far, N.
     pub(crate) strongest_n: f32,
     /// Largest motor command so far, as a share of the largest permitted command.
-    pub(crate) strain: f32,
+    pub(crate) motor_load: f32,
 }
 
 /// A running emulator; stops when dropped.
@@ -60,7 +60,7 @@ impl Emulator {
         let directory = tempfile::tempdir().expect("a directory");
         let config = EmulateConfig {
             directory: directory.path().join("devices"),
-            script: room(),
+            script: workplace(),
             seed: 1,
             haptic,
             mistake,
@@ -83,7 +83,7 @@ impl Emulator {
                         time_s: now.time_s,
                         force_n,
                         strongest_n: seen.strongest_n.max(force_n),
-                        strain: seen.strain.max(now.strain),
+                        motor_load: seen.motor_load.max(now.motor_load),
                     };
                 })
             }
@@ -176,7 +176,7 @@ pub(crate) fn now_ns() -> u64 {
 }
 
 /// A workplace like that of a prepared scene, with the handle at rest in the device's origin.
-pub(crate) fn room() -> HandScript {
+pub(crate) fn workplace() -> HandScript {
     let port = Vec3::zeros();
     let target = Vec3::new(0.02, -0.01, -0.2);
     let length = 0.33;
@@ -196,8 +196,8 @@ pub(crate) fn room() -> HandScript {
 
 /// Rest position of the endoscope in the tracker's frame.
 pub(crate) fn camera_in_tracker() -> Vec3 {
-    let room = room();
-    (room.world_from_tracker.inverse() * room.world_from_camera)
+    let workplace = workplace();
+    (workplace.world_from_tracker.inverse() * workplace.world_from_camera)
         .translation
         .vector
 }

@@ -104,7 +104,7 @@ fn alone_it_leaves_the_group_that_an_earlier_host_made() {
 
 #[test]
 fn an_extended_range_controller_is_refused() {
-    let bird = Bird::flock(&[at(0.3)]).called(*b"6DERC     ");
+    let bird = Bird::flock(&[at(0.3)]).with_model(*b"6DERC     ");
     let (pipe, _plug) = EmulatedBulk::of(bird);
     let name = Path::new("emulated");
     let error = BirdTracker::open_bulk(name, Box::new(pipe), BirdSetup::default()).unwrap_err();

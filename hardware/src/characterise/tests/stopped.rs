@@ -5,18 +5,18 @@ use rt_core::math::Vec3;
 
 use super::super::{Halt, Options, measure};
 use super::X;
-use super::simulated::{Between, HandLaw, Watch, nobody, simulated};
+use super::simulated::{FaultyDriver, HandLaw, Watch, nobody, simulated};
 use crate::HardwareError;
-use crate::emulate::{Body, HapticModel, PlayedBody};
+use crate::emulate::{Body, HapticModel, SimulatedBody};
 
 const TOUCH: HapticModel = HapticModel::TouchRig;
 
 /// A way to spoil a measurement.
 struct Spoiled {
-    of: PlayedBody,
+    of: SimulatedBody,
     hand: HandLaw,
     options: Options,
-    change: Box<dyn FnOnce(&mut Between)>,
+    change: Box<dyn FnOnce(&mut FaultyDriver)>,
     /// Called after each millisecond of simulated time; false ends the clock.
     watch: Box<Watch>,
 }
@@ -24,7 +24,7 @@ struct Spoiled {
 impl Default for Spoiled {
     fn default() -> Self {
         Self {
-            of: PlayedBody::free(TOUCH),
+            of: SimulatedBody::free(TOUCH),
             hand: nobody(),
             options: X,
             change: Box::new(|_| {}),
@@ -36,7 +36,7 @@ impl Default for Spoiled {
 /// The reason, and the message as a user sees it. Checks that no force remains.
 fn halted(spoiled: Spoiled) -> (Halt, String) {
     let (device, mut clock) = simulated(TOUCH, spoiled.of, spoiled.hand);
-    let mut device = Between::new(device, 0);
+    let mut device = FaultyDriver::new(device, 0);
     (spoiled.change)(&mut device);
     clock.watch = spoiled.watch;
     let sent = device.sent.clone();
@@ -51,9 +51,9 @@ fn halted(spoiled: Spoiled) -> (Halt, String) {
 #[test]
 fn a_device_that_pushes_the_wrong_way_is_stopped_within_two_centimetres() {
     for axis in 0..3 {
-        let (device, mut clock) = simulated(TOUCH, PlayedBody::free(TOUCH), nobody());
+        let (device, mut clock) = simulated(TOUCH, SimulatedBody::free(TOUCH), nobody());
         let played = clock.played.clone();
-        let mut device = Between::new(device, 0);
+        let mut device = FaultyDriver::new(device, 0);
         device.factors[axis] = -1.0;
         let halt = measure(&mut device, &mut clock, &X, &mut |_| {}).unwrap_err();
         assert!(matches!(halt, Halt::Backwards { .. }), "{halt}");
@@ -61,7 +61,7 @@ fn a_device_that_pushes_the_wrong_way_is_stopped_within_two_centimetres() {
         assert!(said.contains("Run `calot devices feel` first"), "{said}");
         // Without force the handle comes to rest.
         for _ in 0..500 {
-            played.move_on(Vec3::zeros());
+            played.advance(Vec3::zeros());
         }
         let moved_m = played.measured_m().norm();
         assert!(moved_m < 0.02, "{moved_m}");
@@ -128,9 +128,9 @@ fn a_fault_and_silence_end_it() {
 #[test]
 fn a_handle_outside_the_middle_is_refused_without_force() {
     let (halt, said) = halted(Spoiled {
-        of: PlayedBody {
+        of: SimulatedBody {
             start_m: Vec3::new(0.0, 0.07, 0.0),
-            ..PlayedBody::free(TOUCH)
+            ..SimulatedBody::free(TOUCH)
         },
         ..Spoiled::default()
     });
@@ -144,9 +144,9 @@ fn a_handle_outside_the_middle_is_refused_without_force() {
 #[test]
 fn a_weight_beyond_the_force_ends_it() {
     let (halt, said) = halted(Spoiled {
-        of: PlayedBody {
+        of: SimulatedBody {
             load_n: Vec3::new(0.0, -1.5, 0.0),
-            ..PlayedBody::free(TOUCH)
+            ..SimulatedBody::free(TOUCH)
         },
         ..Spoiled::default()
     });
@@ -155,9 +155,9 @@ fn a_weight_beyond_the_force_ends_it() {
         "{halt}"
     );
     assert!(said.contains("allowed are"), "{said}");
-    let free = PlayedBody::free(TOUCH);
+    let free = SimulatedBody::free(TOUCH);
     let (halt, said) = halted(Spoiled {
-        of: PlayedBody {
+        of: SimulatedBody {
             start_m: Vec3::new(0.025, 0.0, 0.0),
             body: Body {
                 friction_n: 1.2,

@@ -6,7 +6,7 @@ use std::time::Duration;
 use super::Server;
 use crate::igtlink::client::{Client, Form};
 use crate::igtlink::message::{Code, Message};
-use crate::igtlink::request::{Heard, Request, StartTracking};
+use crate::igtlink::request::{Incoming, Request, StartTracking};
 use crate::igtlink::wire::Version;
 
 /// Types that the server sends, and requests that it answers.
@@ -36,7 +36,7 @@ const CAPABILITIES: [&str; 22] = [
 ];
 /// Name that the examples of the reference library send instead of the requested device's name. It
 /// is the name of the example itself.
-const NOBODY: &str = "Client";
+const EXAMPLE_NAME: &str = "Client";
 /// Frames that a client may request by name. Other names have a meaning only for the client.
 const FRAMES: [&str; 4] = ["RAS", "LPS", "LSA", "SCENE"];
 /// Longest time between two messages of tracking data that a client may request, ms.
@@ -49,18 +49,18 @@ impl Server {
     ///
     /// The socket's error: the client is gone.
     pub(super) fn answer(&mut self, client: &mut Client, unix_ns: u64) -> io::Result<()> {
-        for heard in client.hear()? {
+        for heard in client.receive()? {
             let (version, answers) = match heard {
-                Heard::Request(request) => {
-                    client.speak(request.version);
+                Incoming::Request(request) => {
+                    client.use_version(request.version);
                     (request.version, self.answers(client, &request, unix_ns))
                 }
-                Heard::Damaged { kind } => {
+                Incoming::Damaged { kind } => {
                     let words = format!("the checksum or the extended header of {kind} is wrong");
                     let told = self.status(Code::Checksum, "damaged", &words, unix_ns);
                     (Version::One, vec![told])
                 }
-                Heard::Noise => {
+                Incoming::Noise => {
                     let words = "this is no OpenIGTLink header of version 1, 2 or 3; \
                                  nothing more is read on this connection";
                     let told = self.status(Code::UnknownVersion, "noise", words, unix_ns);
@@ -76,13 +76,13 @@ impl Server {
 
     fn answers(&self, client: &mut Client, request: &Request, unix_ns: u64) -> Vec<Message> {
         let name = match request.name.as_str() {
-            NOBODY => "",
+            EXAMPLE_NAME => "",
             name => name,
         };
         let kind = request.kind.as_str();
         let is_about_data = !["GET_STATUS", "GET_CAPABIL"].contains(&kind);
         if kind.starts_with("GET_") && is_about_data {
-            client.ask();
+            client.note_request();
         }
         match kind {
             "GET_STATUS" => self.newest_of("STATUS", "", unix_ns),
