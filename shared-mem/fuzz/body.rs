@@ -30,8 +30,8 @@ pub(crate) fn scene_file(bytes: &[u8]) {
     for t in scene.triangles() {
         assert!(t.iter().all(|&v| (v as usize) < scene.vertices().len()));
     }
-    for band in scene.attachments() {
-        assert!((band.a as usize) < spheres);
+    for attachment in scene.attachments() {
+        assert!((attachment.a as usize) < spheres);
     }
     for cell in scene.cells() {
         let corners = scene.cell_corners().len();

@@ -11,28 +11,28 @@ use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::update_connections::UpdateConnections as _;
 use iceoryx2::prelude::{ZeroCopySend, ipc};
 
-use super::join::{Member, Need};
+use super::join::{Member, MemoryNeed};
 use super::{EVENTS, INPUTS, NEWEST, ServiceError, Station, TIMING};
 use crate::inputs::InputBatch;
 use crate::message::{CommandMsg, EventMsg, HandMsg, ReplyMsg, StateFrame, TimingBatch, ToolFrame};
 use crate::task::TaskMsg;
 
 /// Shared memory that a controller needs, per service.
-const CONTROLLER: [Need; 6] = [
-    Need::publisher::<StateFrame>(NEWEST),
-    Need::publisher::<ToolFrame>(NEWEST),
-    Need::publisher::<EventMsg>(EVENTS),
-    Need::publisher::<TimingBatch>(TIMING),
-    Need::publisher::<InputBatch>(INPUTS),
-    Need::COMMANDS,
+const CONTROLLER: [MemoryNeed; 6] = [
+    MemoryNeed::publisher::<StateFrame>(NEWEST),
+    MemoryNeed::publisher::<ToolFrame>(NEWEST),
+    MemoryNeed::publisher::<EventMsg>(EVENTS),
+    MemoryNeed::publisher::<TimingBatch>(TIMING),
+    MemoryNeed::publisher::<InputBatch>(INPUTS),
+    MemoryNeed::COMMANDS,
 ];
 /// Shared memory that a host needs, per service.
-const HOST: [Need; 5] = [
-    Need::subscriber(NEWEST),
-    Need::subscriber(NEWEST),
-    Need::subscriber(EVENTS),
-    Need::subscriber(TIMING),
-    Need::COMMANDS,
+const HOST: [MemoryNeed; 5] = [
+    MemoryNeed::subscriber(NEWEST),
+    MemoryNeed::subscriber(NEWEST),
+    MemoryNeed::subscriber(EVENTS),
+    MemoryNeed::subscriber(TIMING),
+    MemoryNeed::COMMANDS,
 ];
 
 impl Station {
@@ -147,7 +147,7 @@ impl HandSender {
     /// [`ServiceError::SecondHand`] if another display controls the hand, or the error of the step
     /// that failed.
     pub fn open(station: &Station) -> Result<Self, ServiceError> {
-        let joining = station.join(&[Need::publisher::<HandMsg>(NEWEST)])?;
+        let joining = station.join(&[MemoryNeed::publisher::<HandMsg>(NEWEST)])?;
         let hand = station.publisher(joining.node(), "hand", NEWEST);
         let hand = hand.map_err(|error| match error {
             ServiceError::SecondController(name) => ServiceError::SecondHand(name),
@@ -184,7 +184,7 @@ impl HandReceiver {
     /// # Errors
     /// The `ServiceError` of the step that failed.
     pub fn open(station: &Station) -> Result<Self, ServiceError> {
-        let joining = station.join(&[Need::subscriber(NEWEST)])?;
+        let joining = station.join(&[MemoryNeed::subscriber(NEWEST)])?;
         Ok(Self {
             hand: station.subscriber(joining.node(), "hand", NEWEST)?,
             _member: joining.finish()?,
@@ -213,7 +213,7 @@ impl TaskSender {
     /// [`ServiceError::SecondTask`] if another host publishes the task, or the error of the step
     /// that failed.
     pub fn open(station: &Station) -> Result<Self, ServiceError> {
-        let joining = station.join(&[Need::publisher::<TaskMsg>(NEWEST)])?;
+        let joining = station.join(&[MemoryNeed::publisher::<TaskMsg>(NEWEST)])?;
         let task = station.publisher(joining.node(), "task", NEWEST);
         let task = task.map_err(|error| match error {
             ServiceError::SecondController(name) => ServiceError::SecondTask(name),
@@ -244,7 +244,7 @@ impl TaskReceiver {
     /// # Errors
     /// The `ServiceError` of the step that failed.
     pub fn open(station: &Station) -> Result<Self, ServiceError> {
-        let joining = station.join(&[Need::subscriber(NEWEST)])?;
+        let joining = station.join(&[MemoryNeed::subscriber(NEWEST)])?;
         Ok(Self {
             task: station.subscriber(joining.node(), "task", NEWEST)?,
             _member: joining.finish()?,
@@ -277,7 +277,7 @@ impl Tap {
     /// The `ServiceError` of the step that failed.
     pub fn open(station: &Station) -> Result<Self, ServiceError> {
         let joining =
-            station.join(&[INPUTS, NEWEST, NEWEST, EVENTS, TIMING].map(Need::subscriber))?;
+            station.join(&[INPUTS, NEWEST, NEWEST, EVENTS, TIMING].map(MemoryNeed::subscriber))?;
         let node = joining.node();
         Ok(Self {
             inputs: station.subscriber(node, "inputs", INPUTS)?,
@@ -376,14 +376,14 @@ impl Host {
     /// Sends a command to the controller and waits for the reply.
     ///
     /// # Errors
-    /// [`ServiceError::NoAnswer`] after `patience`, or the error of sending.
+    /// [`ServiceError::NoAnswer`] after `timeout`, or the error of sending.
     pub fn command(
         &self,
         command: CommandMsg,
-        patience: Duration,
+        timeout: Duration,
     ) -> Result<ReplyMsg, ServiceError> {
         let start = Instant::now();
-        while start.elapsed() < patience {
+        while start.elapsed() < timeout {
             // While no controller is connected, the command is sent again and again, so that a
             // controller that starts during the wait gets it.
             let pending = self
@@ -394,7 +394,7 @@ impl Host {
             loop {
                 // `over` is computed before the reply is read. Otherwise a controller that replies
                 // and then disconnects could end the loop before its reply is read.
-                let over = !connected || !pending.is_connected() || start.elapsed() >= patience;
+                let over = !connected || !pending.is_connected() || start.elapsed() >= timeout;
                 if let Ok(Some(reply)) = pending.receive() {
                     return Ok(*reply.payload());
                 }

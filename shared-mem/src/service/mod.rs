@@ -10,8 +10,8 @@ mod ends;
 mod error;
 mod folder;
 mod join;
+mod memory;
 mod presence;
-mod room;
 
 use std::path::{Path as StdPath, PathBuf};
 
@@ -113,8 +113,8 @@ impl Station {
     fn transport(&self, doing: &'static str, error: &dyn core::fmt::Debug) -> ServiceError {
         let station = self.name.clone();
         let services = self.root.join("services");
-        let folders = [StdPath::new(room::SHARED), services.as_path()];
-        let files = folders.map(|it| room::files(it, &self.prefix));
+        let folders = [StdPath::new(memory::SHARED), services.as_path()];
+        let files = folders.map(|it| memory::files(it, &self.prefix));
         if let Some((file, owner)) = files.iter().flatten().find_map(|it| folder::foreign(it)) {
             return ServiceError::Foreign {
                 station,
@@ -136,7 +136,7 @@ impl Station {
         &self,
         node: &Node<ipc::Service>,
         service: &'static str,
-        quality: Quality,
+        quality: QualityOfService,
     ) -> Result<PortFactory<ipc::Service, T, ()>, ServiceError>
     where
         T: core::fmt::Debug + ZeroCopySend + 'static,
@@ -190,7 +190,7 @@ impl Station {
         &self,
         node: &Node<ipc::Service>,
         service: &'static str,
-        quality: Quality,
+        quality: QualityOfService,
     ) -> Result<Publisher<ipc::Service, T, ()>, ServiceError>
     where
         T: core::fmt::Debug + ZeroCopySend + 'static,
@@ -212,7 +212,7 @@ impl Station {
         &self,
         node: &Node<ipc::Service>,
         service: &'static str,
-        quality: Quality,
+        quality: QualityOfService,
     ) -> Result<Subscriber<ipc::Service, T, ()>, ServiceError>
     where
         T: core::fmt::Debug + ZeroCopySend + 'static,
@@ -244,7 +244,7 @@ type Commands = iceoryx2::service::port_factory::request_response::PortFactory<
 >;
 
 #[derive(Clone, Copy)]
-struct Quality {
+struct QualityOfService {
     buffer: usize,
     history: usize,
     readers: usize,
@@ -252,17 +252,17 @@ struct Quality {
 
 /// For services of which readers need only the newest message. A reader that joins gets that
 /// message at once.
-const NEWEST: Quality = Quality {
+const NEWEST: QualityOfService = QualityOfService {
     buffer: 2,
     history: 1,
     readers: MAX_HOSTS,
 };
-const EVENTS: Quality = Quality {
+const EVENTS: QualityOfService = QualityOfService {
     buffer: EVENT_BUFFER,
     history: 64,
     readers: MAX_HOSTS,
 };
-const TIMING: Quality = Quality {
+const TIMING: QualityOfService = QualityOfService {
     buffer: TIMING_BUFFER,
     history: 1,
     readers: MAX_HOSTS,
@@ -270,7 +270,7 @@ const TIMING: Quality = Quality {
 
 /// For `inputs`: a recorder that gets no processor time for 8 s loses nothing at 1 kHz. Only two
 /// readers are permitted, because the controller locks memory for each reader's buffer.
-const INPUTS: Quality = Quality {
+const INPUTS: QualityOfService = QualityOfService {
     buffer: 128,
     history: 0,
     readers: 2,
