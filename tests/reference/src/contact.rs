@@ -1,6 +1,6 @@
-//! Contact of a rigid, frictionless tool made of round bars with the body's boundary: an augmented
-//! Lagrangian (Alart and Curnier 1991, without friction) at the points of a degree-4 rule on every
-//! boundary triangle.
+//! Frictionless contact between a rigid tool, made of round bars, and the body's boundary. The
+//! method is the augmented Lagrangian of Alart and Curnier (1991). Contact is evaluated at the
+//! points of a quadrature rule of degree 4 on each boundary triangle.
 
 use nalgebra::Matrix3;
 
@@ -16,14 +16,14 @@ pub struct Bar {
     pub radius_m: f64,
 }
 
-/// A rigid tool that is moved along a path without turning.
+/// A rigid tool that moves along a path without rotation.
 pub struct Tool<'a> {
-    /// Parts of the tool. Each presses by itself; where two meet, as in the crotch of jaws, both
-    /// press.
+    /// Parts of the tool. Each exerts its own contact forces. Where two parts meet, as at the joint
+    /// of jaws, both do.
     pub bars: Vec<Bar>,
-    /// Direction from which the tool came. A point behind a bar, within the bar's width, counts as
-    /// inside the bar and is pushed out sideways. With `None`, an iteration could push a point
-    /// through a thin bar and leave it behind the bar.
+    /// Unit vector back along the tool's path. A point on that side of a bar, within the bar's
+    /// width, counts as inside the bar and is pushed out sideways. With `None`, an iteration could
+    /// push a point through a thin bar and leave it behind the bar.
     pub behind: Option<Vec3>,
     /// Displacement of the tool at a share of the load from 0 to 1, world frame, m.
     pub shift_m: Box<dyn Fn(f64) -> Vec3 + 'a>,
@@ -63,8 +63,8 @@ impl Bar {
         let (mut arm, mut axis) = (x - a, b - a);
         let mut across = Matrix3::identity();
         if let Some(way) = behind.filter(|way| Self::nearest(&arm, &axis).0.dot(way) > 0.0) {
-            // Behind the bar, only the position across the direction counts. The depth along it is
-            // projected out.
+            // Behind the bar, only the position perpendicular to the path counts. The component
+            // along the path is removed.
             let flat = Matrix3::identity() - way * way.transpose();
             (arm, axis) = (flat * arm, flat * axis);
             across = flat;
@@ -124,11 +124,11 @@ pub(crate) struct Contact {
     stiffness_pa_m: f64,
 }
 
-/// A contact point that presses.
+/// Force at an active contact point.
 pub(crate) struct Press {
     pub(crate) nodes: [u32; 6],
     pub(crate) shares: [f64; 6],
-    /// Place of the point, world frame, m.
+    /// Position of the point, world frame, m.
     pub(crate) at_m: Vec3,
     /// Force on the body, N.
     pub(crate) force_n: Vec3,
@@ -149,9 +149,9 @@ fn face_shape(b: [f64; 3]) -> [f64; 6] {
     ]
 }
 
-/// Area of a curved face, if the whole face were as it is at one of its points, m².
+/// Area of a curved face, extrapolated from the area element at one of its points, m².
 fn area(x: &[Vec3; 6], b: [f64; 3]) -> f64 {
-    // Derivatives by the first two barycentric coordinates.
+    // Derivatives with respect to the first two barycentric coordinates.
     let slope = |k: usize| {
         let mut d = [0.0; 3];
         (d[k], d[2]) = (1.0, -1.0);
@@ -228,8 +228,8 @@ impl Contact {
         self.patches.iter().map(one).sum()
     }
 
-    /// All contact points that press. `convex` leaves out the term of the tool's own curvature,
-    /// because this term makes the stiffness smaller.
+    /// Forces at all active contact points. With `convex`, the stiffness omits the term of the
+    /// tool's curvature, because that term is negative.
     pub(crate) fn presses<'s>(
         &'s self,
         rest: &'s [Vec3],
@@ -327,8 +327,8 @@ mod tests {
         assert!((above.separation_m - 0.02).abs() < 1e-12);
     }
 
-    /// A point above the bar counts as if it lay at the height of the axis, so it is pushed out
-    /// sideways. Below the bar `behind` changes nothing.
+    /// A point above the bar is treated as if it were at the height of the axis, so it is pushed
+    /// out sideways. Below the bar, `behind` changes nothing.
     #[test]
     fn behind_a_bar_is_inside_it() {
         let bar = Bar {

@@ -1,11 +1,11 @@
-//! Static equilibrium by Newton's method with line search, in steps of the load.
+//! Static equilibrium by Newton's method with line search, in load steps.
 
 use crate::contact::{Contact, Tool};
 use crate::element::{self, Element};
 use crate::sparse::{HELD, System};
 use crate::{FemError, Material, Mesh, Vec3};
 
-/// Displacement at a rest position and a share of the load from 0 to 1, m.
+/// Displacement as a function of the rest position and of the share of the load from 0 to 1, m.
 pub type Motion<'a> = Box<dyn Fn(&Vec3, f64) -> Vec3 + 'a>;
 
 /// Nodes whose displacement is prescribed.
@@ -45,13 +45,13 @@ impl<'a> Hold<'a> {
     }
 }
 
-/// A body with everything that holds and loads it.
+/// A boundary value problem: a body, its holds and its loads.
 pub struct Problem<'a> {
     /// The body at rest.
     pub mesh: &'a Mesh,
     /// Material of the body.
     pub material: Material,
-    /// Gravity, m/s². It grows with the share of the load.
+    /// Gravity, m/s². The solver multiplies it by the share of the load.
     pub gravity_m_s2: Vec3,
     /// Prescribed displacements. If several holds prescribe one degree of freedom, the last one
     /// counts.
@@ -89,11 +89,11 @@ impl Solution {
 
 /// Largest unbalanced force that counts as equilibrium, as a share of the largest nodal force.
 const TOLERANCE: f64 = 1e-7;
-/// [`TOLERANCE`] while the contact's pressures are still to be found.
+/// [`TOLERANCE`] between two augmentations of the contact pressures.
 const ROUGHLY: f64 = 1e-4;
 const MOST_ITERATIONS: usize = 25;
 const SMALLEST_STEP: f64 = 1.0 / 1024.0;
-/// Contact has settled when an augmentation would change the pressures by at most this share.
+/// Contact has converged when an augmentation would change the pressures by at most this share.
 const PRESSURE_CHANGE: f64 = 5e-3;
 const MOST_AUGMENTATIONS: usize = 5;
 
@@ -113,8 +113,8 @@ struct Solver<'a, 'p> {
 }
 
 impl Problem<'_> {
-    /// Finds equilibrium at each of the rising `stops` (shares of the load). It takes smaller steps
-    /// where Newton's method does not converge. `progress` gets every share that was reached.
+    /// Finds the equilibrium at each of the `stops`: rising shares of the load. If Newton's method
+    /// does not converge, the load step is halved. `progress` receives each share that was reached.
     ///
     /// # Errors
     /// See [`FemError`].
@@ -129,9 +129,9 @@ impl Problem<'_> {
         }
     }
 
-    /// Solves as [`solve`](Self::solve) does, except that it stops where steps of at least
-    /// `smallest_step` times the next stop find no equilibrium. Returns the solutions found so far,
-    /// and the reason for stopping.
+    /// Solves like [`solve`](Self::solve), but gives up when the load step falls below
+    /// `smallest_step` times the next stop. Returns the solutions found so far, and the error that
+    /// ended the search.
     ///
     /// # Errors
     /// When the mesh cannot be prepared; see [`FemError`].
@@ -218,7 +218,7 @@ impl<'a, 'p> Solver<'a, 'p> {
             .map_or_else(Vec3::zeros, |tool| (tool.shift_m)(share))
     }
 
-    /// Part of the prescribed displacements that is still missing at a share of the load.
+    /// Prescribed displacements at a share of the load, minus the present ones.
     fn missing(&self, u: &[Vec3], share: f64) -> Vec<Vec3> {
         let mut missing = vec![Vec3::zeros(); u.len()];
         for hold in &self.problem.holds {
@@ -278,7 +278,8 @@ impl<'a, 'p> Solver<'a, 'p> {
         (r, elastic)
     }
 
-    /// Assembles the stiffness. Returns the forces that a prescribed step adds to the residual.
+    /// Assembles the stiffness. Returns the nodal forces that the prescribed displacement `step`
+    /// adds to the residual.
     fn assemble(
         &mut self,
         u: &[Vec3],
@@ -347,8 +348,8 @@ impl<'a, 'p> Solver<'a, 'p> {
         moved
     }
 
-    /// A descent direction: Newton's or, if its matrix is not positive definite, one from a
-    /// stiffness without negative curvature.
+    /// A descent direction: the Newton step. If its matrix is not positive definite, the step with
+    /// a stiffness without negative curvature.
     fn direction(
         &mut self,
         u: &[Vec3],
@@ -369,7 +370,7 @@ impl<'a, 'p> Solver<'a, 'p> {
         None
     }
 
-    /// Carries the state to a larger share of the load, or leaves it as it was.
+    /// Advances the state to a larger share of the load. On failure, the state stays as it was.
     fn advance(&mut self, state: &mut State, share: f64) -> Result<(), FemError> {
         let pressures = self.contact.as_ref().map(Contact::pressures);
         let before = state.u.clone();
@@ -391,8 +392,7 @@ impl<'a, 'p> Solver<'a, 'p> {
             residual_n: f64::NAN,
             iterations: 0,
         };
-        // Before the first true iteration, a linear step lets the free nodes follow the prescribed
-        // ones.
+        // First, a linear step moves the free nodes along with the prescribed ones.
         let missing = self.missing(&state.u, share);
         let step = self
             .direction(&state.u, share, Some(&missing))
@@ -403,7 +403,7 @@ impl<'a, 'p> Solver<'a, 'p> {
         }
         state.iterations += 1;
         let (shift, rest) = (self.shift(share), &self.problem.mesh.nodes);
-        // If contact has not settled after the last augmentation, the remaining penetration is
+        // If contact has not converged after the last augmentation, the remaining penetration is
         // small.
         for _ in 0..MOST_AUGMENTATIONS {
             if self.contact.is_none() {
@@ -450,8 +450,8 @@ impl<'a, 'p> Solver<'a, 'p> {
             loop {
                 let trial = self.moved(u, &step, by);
                 let reached = self.energy(&trial, share);
-                // Near equilibrium the energy changes by less than its rounding error. There the
-                // force decides.
+                // Near equilibrium the energy changes by less than its rounding error. Then the
+                // largest unbalanced force must fall instead.
                 let lower = reached <= energy + 1e-4 * by * slope;
                 let flat = (reached - energy).abs() <= 1e-11 * energy.abs() && {
                     let r = self.free(&self.residual(&trial, share).0);

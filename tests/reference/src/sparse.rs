@@ -11,14 +11,15 @@ use crate::{FemError, Mesh};
 /// Marks a degree of freedom whose displacement is prescribed.
 pub(crate) const HELD: u32 = u32::MAX;
 
-/// The stiffness between free degrees of freedom, as its lower triangle.
+/// Stiffness matrix of the free degrees of freedom. Only its lower triangle is stored.
 pub(crate) struct System {
-    /// Unknown of each degree of freedom (3 per node), or [`HELD`].
+    /// Index of each degree of freedom (3 per node) among the unknowns, or [`HELD`].
     pub(crate) unknown: Vec<u32>,
     pub(crate) count: usize,
     matrix: SparseColMat<usize, f64>,
     symbolic: SymbolicLlt<usize>,
-    /// For each element, the slots of all pairs of its degrees of freedom (lower triangle).
+    /// For each element, the indices into the matrix's values of all pairs of its degrees of
+    /// freedom (lower triangle).
     slots: Vec<[u32; 465]>,
 }
 
@@ -99,8 +100,8 @@ impl System {
         }
     }
 
-    /// Adds to one entry. Both triangles of a symmetric matrix may be offered; only the lower one
-    /// is taken.
+    /// Adds to one entry. Entries above the diagonal are ignored, so the caller may add both
+    /// triangles of a symmetric matrix.
     pub(crate) fn add(&mut self, row: u32, column: u32, value: f64) {
         if row == HELD || column == HELD || row < column {
             return;

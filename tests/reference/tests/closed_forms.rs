@@ -1,4 +1,4 @@
-//! The finite elements against closed forms and independent integration.
+//! Compares the finite elements with closed forms and with independent integration.
 
 use fem_reference::{Hold, Material, Mesh, Problem, Solution, Vec3, block, lattice, shell_octant};
 
@@ -136,8 +136,7 @@ fn inflated(around: usize, through: usize, inner: f64, outer: f64, growth: f64) 
             axis,
         ));
     }
-    // The inner side's hold comes last, because the last hold counts at nodes that also lie on a
-    // plane.
+    // The inner side's hold comes last, because at nodes with several holds the last one counts.
     holds.rotate_left(1);
     let done = solve(&unloaded(&mesh, tissue(0.45), holds));
     let skin = mesh.nodes_where(|p| p.norm() > outer * (1.0 - 1e-6));

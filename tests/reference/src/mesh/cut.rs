@@ -1,17 +1,17 @@
-//! Cuts tetrahedra of a lattice at a surface: keeps what lies inside (after Labelle and Shewchuk,
-//! "Isosurface stuffing", 2007).
+//! Cuts tetrahedra of a lattice at a surface and keeps the parts inside (after Labelle and
+//! Shewchuk, "Isosurface stuffing", 2007).
 
 use std::collections::{BTreeMap, HashMap};
 
 use super::Mesh;
 use crate::Vec3;
 
-/// A lattice point is moved onto the surface if the surface crosses one of the point's edges nearer
-/// to the point than this share of the edge.
+/// A lattice point is moved onto the surface if the surface crosses one of its edges and the
+/// crossing is nearer than this share of the edge.
 const WARP: f64 = 0.25;
 
-/// The part of some tetrahedra between `points` that lies where `distance` is negative. `value` is
-/// the distance of each point. `None` if nothing lies inside.
+/// Mesh of the parts of the tetrahedra in which `distance` is negative. `value` has the distance at
+/// each point. `None` if nothing is inside.
 pub(super) fn cut(
     points: &[Vec3],
     value: Vec<f64>,
@@ -155,8 +155,9 @@ impl<D: Fn(&Vec3) -> f64> Cut<'_, D> {
         }
     }
 
-    /// Cuts a wedge into three tetrahedra. Every quadrangle is cut along the diagonal from its
-    /// corner with the lowest number, so that neighbours agree (Dompierre et al. 1999).
+    /// Cuts a wedge into three tetrahedra. Each quadrangle is cut along the diagonal from its
+    /// corner with the lowest number. So two neighbours cut their common quadrangle along the same
+    /// diagonal (Dompierre et al. 1999).
     fn wedge(&mut self, bottom: [usize; 3], top: [usize; 3]) {
         let all = [bottom, top].concat();
         let lowest = (0..6).min_by_key(|&i| all[i]).unwrap_or(0);

@@ -1,10 +1,10 @@
-//! Finds the place of a point in the mesh, and interpolates a nodal field there.
+//! Finds the element that contains a point, and interpolates a nodal field at the point.
 
 use super::Mesh;
 use crate::Vec3;
 use crate::element::{jacobian, shape, shape_slopes};
 
-/// An element, and the place of a point in it.
+/// Position of a point in the mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
     /// Index of the tetrahedron.
@@ -13,8 +13,8 @@ pub struct Place {
     pub xi: Vec3,
 }
 
-/// Finds the element of any point. A point outside of the mesh gets a near element, from which
-/// values are extrapolated.
+/// Finds the element of any point. A point outside the mesh gets a nearby element, and values are
+/// extrapolated from it.
 pub struct Locator<'a> {
     mesh: &'a Mesh,
     origin: Vec3,
@@ -64,7 +64,7 @@ impl<'a> Locator<'a> {
         i + self.size[0] * (j + self.size[1] * k)
     }
 
-    /// Place of a rest position in its element; `None` only for a mesh without elements.
+    /// Element and coordinates of a rest position. `None` only for a mesh without elements.
     #[must_use]
     pub fn find(&self, p: &Vec3) -> Option<Place> {
         let home = self.cell(p);

@@ -33,7 +33,7 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Makes quadratic elements from linear ones, and turns those that are inside out.
+    /// Makes quadratic elements from linear ones. Reorders the corners of inverted elements.
     #[must_use]
     pub fn from_linear(corners: Vec<Vec3>, tets: &[[u32; 4]]) -> Self {
         let mut mesh = Self {
@@ -94,7 +94,7 @@ impl Mesh {
         }
     }
 
-    /// Moves every node, middles included, so that straight edges may become curved.
+    /// Moves every node, also the middles of edges. Straight edges may become curved.
     #[must_use]
     pub fn mapped(mut self, place: impl Fn(&Vec3) -> Vec3) -> Self {
         for node in &mut self.nodes {
@@ -146,9 +146,9 @@ impl Mesh {
         mesh
     }
 
-    /// Moves corners on the boundary, and the middles of their edges half as far, where the
-    /// elements around them stay sound. `place` gets a corner and the other corners of its boundary
-    /// faces, and returns the corner's new place.
+    /// Moves corners on the boundary, and the middles of their edges half as far, unless that would
+    /// distort an adjacent element too much. `place` receives a corner and the other corners of its
+    /// boundary faces, and returns the corner's new position.
     pub fn stretch_corners(&mut self, place: impl Fn(&Vec3, &[Vec3]) -> Vec3) {
         let mut beside: BTreeMap<u32, Vec<Vec3>> = BTreeMap::new();
         for face in &self.faces {
@@ -179,7 +179,7 @@ impl Mesh {
                     }
                 }
             }
-            // Try the whole way first, then half of it, then a quarter.
+            // Try the whole displacement first, then half of it, then a quarter.
             for share in [1.0, 0.5, 0.25] {
                 for (&m, by) in &moved {
                     self.nodes[m as usize] += by * share;
@@ -199,8 +199,8 @@ impl Mesh {
         }
     }
 
-    /// Moves the middles of boundary edges onto the true surface, where the elements around them
-    /// stay sound. Returns the number of middles that stayed on their straight edge.
+    /// Moves the middles of boundary edges onto the true surface, unless that would distort an
+    /// adjacent element too much. Returns the number of middles that stayed on their straight edge.
     pub fn curve_boundary(&mut self, onto_surface: impl Fn(&Vec3) -> Vec3) -> usize {
         let mut owners: HashMap<u32, Vec<usize>> = HashMap::new();
         for (e, t) in self.tets.iter().enumerate() {
@@ -246,14 +246,14 @@ impl Mesh {
         Ok(volume)
     }
 
-    /// Numbers of the nodes whose rest position `pick` accepts.
+    /// Indices of the nodes whose rest position `pick` accepts.
     #[must_use]
     pub fn nodes_where(&self, pick: impl Fn(&Vec3) -> bool) -> Vec<u32> {
         let chosen = |&n: &u32| pick(&self.nodes[n as usize]);
         (0..self.nodes.len() as u32).filter(chosen).collect()
     }
 
-    /// Numbers of the boundary faces of which `pick` accepts every corner's rest position.
+    /// Indices of the boundary faces for which `pick` accepts the rest positions of all corners.
     #[must_use]
     pub fn faces_where(&self, pick: impl Fn(&Vec3) -> bool) -> Vec<u32> {
         let inside = |f: &[u32; 6]| f[..3].iter().all(|&n| pick(&self.nodes[n as usize]));

@@ -1,6 +1,6 @@
-//! Fills any closed shape with tetrahedra whose size changes from place to place: an octree of
-//! cubes, with a point in the middle of each (Labelle and Shewchuk, "Isosurface stuffing", 2007).
-//! The same input gives the same mesh.
+//! Fills any closed shape with tetrahedra of graded size (Labelle and Shewchuk, "Isosurface
+//! stuffing", 2007). Their corners are the corners and centres of the cubes of an octree. Equal
+//! inputs give equal meshes.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -8,11 +8,11 @@ use super::Mesh;
 use super::cut::cut;
 use crate::{FemError, Vec3};
 
-/// Most doublings from the finest cube's edge to the largest's.
+/// Largest number of doublings from the finest cube's edge to the coarsest's.
 const DOUBLINGS_MAX: u32 = 12;
 
-/// A cube is divided where elements smaller than this share of its edge are wanted. So its edge is
-/// between two thirds and four thirds of the wanted size.
+/// A cube is divided if the wanted element size is smaller than this share of its edge. So a cube's
+/// edge is between two thirds and four thirds of the wanted size.
 const LEAST_SHARE: f64 = 0.75;
 
 /// Fills the shape where `distance` (the signed distance to its surface, m) is negative, between
@@ -43,7 +43,8 @@ pub fn graded(
     cut(&points, value, &tets, &distance).ok_or(none)
 }
 
-/// A cube: the doublings of its edge over the finest, and its place in units of its edge.
+/// A cube: the number of doublings from the finest edge to its edge, and its position in units of
+/// its edge.
 type Cube = (u32, [i64; 3]);
 /// A point in units of half the finest edge.
 type Place = [i64; 3];
@@ -105,8 +106,8 @@ impl Octree {
         self.origin + Vec3::from(place.map(|p| p as f64)) * (0.5 * self.finest_m)
     }
 
-    /// The cube that is or contains the given cube; `None` outside, or if the given cube is
-    /// divided.
+    /// The given cube, or the undivided cube that contains it. `None` outside the octree, or if the
+    /// given cube is divided.
     fn cover(&self, (doublings, at): Cube) -> Option<Cube> {
         (doublings..=self.largest)
             .map(|d| (d, at.map(|a| a >> (d - doublings))))
@@ -133,7 +134,7 @@ impl Octree {
         }
     }
 
-    /// Numbers and positions of all corners and middles.
+    /// Indices and positions of all corners and centres.
     fn points(&self) -> (HashMap<Place, usize>, Vec<Vec3>) {
         let corners =
             |cube: Cube| (0..8_i64).map(move |c| corner(cube, [c & 1, c >> 1 & 1, c >> 2]));
@@ -145,7 +146,7 @@ impl Octree {
         (places.into_iter().zip(0..).collect(), points)
     }
 
-    /// Tetrahedra between the middles of neighbouring cubes and the face between them.
+    /// Tetrahedra between the centres of neighbouring cubes and their common face.
     fn tets(&self, numbers: &HashMap<Place, usize>) -> Vec<[usize; 4]> {
         let mut tets = Vec::new();
         for &cube in &self.cubes {
@@ -153,7 +154,7 @@ impl Octree {
                 let mut beside = cube;
                 beside.1[axis] += if up { 1 } else { -1 };
                 let Some(other) = self.cover(beside) else {
-                    continue; // outside, or the smaller cubes there do it
+                    continue; // outside, or smaller cubes, which add their own tetrahedra
                 };
                 let ring = ring(cube, axis, up);
                 let [from, to] = [cube, other].map(|c| numbers[&centre(c)]);
@@ -218,7 +219,8 @@ mod tests {
     use super::*;
     use crate::element;
 
-    /// Elements of the `finest` size at one place of a ball's surface, larger ones farther off.
+    /// A ball with elements of the `finest` size at one point of its surface and larger ones
+    /// farther away.
     fn ball(finest: f64) -> Mesh {
         let touched = Vec3::new(0.3, 0.2, 1.0).normalize();
         let size = |p: &Vec3| (0.4 * (p - touched).norm()).clamp(finest, 0.5);
@@ -246,8 +248,8 @@ mod tests {
         }
     }
 
-    /// Every side is a boundary or lies between two elements, and the boundary is on the surface:
-    /// elements of different sizes fit together.
+    /// Elements of different sizes fit together: every side is a boundary or lies between two
+    /// elements, and the boundary is on the surface.
     #[test]
     fn elements_of_all_sizes_fit_together() {
         let mesh = ball(0.05);
