@@ -48,24 +48,24 @@ impl<'a> Tool<'a> {
 }
 
 /// Position of a point relative to a bar.
-struct Beside {
+struct Separation {
     /// Distance to the bar's surface, m; negative inside.
     separation_m: f64,
     /// Unit vector away from the bar.
     normal: Vec3,
     /// Derivative of the normal with respect to the point's position, 1/m.
-    bend: Matrix3<f64>,
+    normal_gradient: Matrix3<f64>,
 }
 
 impl Bar {
-    fn beside(&self, x: &Vec3, behind: Option<&Vec3>) -> Option<Beside> {
+    fn separation(&self, x: &Vec3, behind: Option<&Vec3>) -> Option<Separation> {
         let [a, b] = self.ends_m;
         let (mut arm, mut axis) = (x - a, b - a);
         let mut across = Matrix3::identity();
-        if let Some(way) = behind.filter(|way| Self::nearest(&arm, &axis).0.dot(way) > 0.0) {
+        if let Some(back) = behind.filter(|back| Self::nearest(&arm, &axis).0.dot(back) > 0.0) {
             // Behind the bar, only the position perpendicular to the path counts. The component
             // along the path is removed.
-            let flat = Matrix3::identity() - way * way.transpose();
+            let flat = Matrix3::identity() - back * back.transpose();
             (arm, axis) = (flat * arm, flat * axis);
             across = flat;
         }
@@ -79,10 +79,10 @@ impl Bar {
         if is_between {
             across -= axis * axis.transpose() / axis.norm_squared();
         }
-        Some(Beside {
+        Some(Separation {
             separation_m: distance - self.radius_m,
             normal,
-            bend: across / distance,
+            normal_gradient: across / distance,
         })
     }
 
@@ -107,7 +107,7 @@ const RULE: [(f64, f64); 2] = [
 ];
 
 /// One contact point and one bar.
-pub(crate) struct Patch {
+pub(crate) struct ContactPoint {
     bar: Bar,
     nodes: [u32; 6],
     values: [f64; 6],
@@ -118,14 +118,14 @@ pub(crate) struct Patch {
 
 /// Contact with one tool.
 pub(crate) struct Contact {
-    pub(crate) patches: Vec<Patch>,
+    pub(crate) points: Vec<ContactPoint>,
     behind: Option<Vec3>,
     /// Penalty, Pa per metre of penetration.
     stiffness_pa_m: f64,
 }
 
 /// Force at an active contact point.
-pub(crate) struct Press {
+pub(crate) struct ContactForce {
     pub(crate) nodes: [u32; 6],
     pub(crate) shares: [f64; 6],
     /// Position of the point, world frame, m.
@@ -172,7 +172,7 @@ fn area(x: &[Vec3; 6], b: [f64; 3]) -> f64 {
 
 impl Contact {
     pub(crate) fn new(mesh: &Mesh, tool: &Tool<'_>, young_pa: f64) -> Self {
-        let mut patches = Vec::new();
+        let mut points = Vec::new();
         let mut total = 0.0;
         for &face in &tool.faces {
             let nodes = mesh.faces[face as usize];
@@ -183,7 +183,7 @@ impl Contact {
                     b[far] = 1.0 - 2.0 * l;
                     let area_m2 = weight * area(&x, b);
                     total += area_m2;
-                    patches.extend(tool.bars.iter().map(|bar| Patch {
+                    points.extend(tool.bars.iter().map(|bar| ContactPoint {
                         bar: *bar,
                         nodes,
                         values: face_shape(b),
@@ -195,93 +195,107 @@ impl Contact {
         }
         let face_m = (total / tool.faces.len().max(1) as f64).sqrt();
         Self {
-            patches,
+            points,
             behind: tool.behind,
             stiffness_pa_m: 30.0 * young_pa / face_m.max(f64::MIN_POSITIVE),
         }
     }
 
-    fn at(patch: &Patch, rest: &[Vec3], u: &[Vec3]) -> Vec3 {
-        let parts = patch.nodes.iter().zip(patch.values);
+    fn at(point: &ContactPoint, rest: &[Vec3], u: &[Vec3]) -> Vec3 {
+        let parts = point.nodes.iter().zip(point.values);
         parts
             .map(|(&n, s)| (rest[n as usize] + u[n as usize]) * s)
             .sum()
     }
 
     /// Position of a contact point relative to its bar; `None` on the bar's axis.
-    fn beside(&self, patch: &Patch, rest: &[Vec3], u: &[Vec3], shift: &Vec3) -> Option<Beside> {
-        let x = Self::at(patch, rest, u) - shift;
-        patch.bar.beside(&x, self.behind.as_ref())
+    fn separation(
+        &self,
+        point: &ContactPoint,
+        rest: &[Vec3],
+        u: &[Vec3],
+        shift: &Vec3,
+    ) -> Option<Separation> {
+        let x = Self::at(point, rest, u) - shift;
+        point.bar.separation(&x, self.behind.as_ref())
     }
 
-    fn pressure(&self, patch: &Patch, beside: Option<&Beside>) -> f64 {
-        let separation = beside.map_or(0.0, |b| b.separation_m);
-        (patch.pressure_pa - self.stiffness_pa_m * separation).max(0.0)
+    fn pressure(&self, point: &ContactPoint, separation: Option<&Separation>) -> f64 {
+        let separation = separation.map_or(0.0, |b| b.separation_m);
+        (point.pressure_pa - self.stiffness_pa_m * separation).max(0.0)
     }
 
     pub(crate) fn energy(&self, rest: &[Vec3], u: &[Vec3], shift: &Vec3) -> f64 {
-        let one = |patch: &Patch| {
-            let p = self.pressure(patch, self.beside(patch, rest, u, shift).as_ref());
-            let before = patch.pressure_pa;
-            patch.area_m2 * (p * p - before * before) / (2.0 * self.stiffness_pa_m)
+        let one = |point: &ContactPoint| {
+            let p = self.pressure(point, self.separation(point, rest, u, shift).as_ref());
+            let before = point.pressure_pa;
+            point.area_m2 * (p * p - before * before) / (2.0 * self.stiffness_pa_m)
         };
-        self.patches.iter().map(one).sum()
+        self.points.iter().map(one).sum()
     }
 
     /// Forces at all active contact points. With `convex`, the stiffness omits the term of the
     /// tool's curvature, because that term is negative.
-    pub(crate) fn presses<'s>(
+    pub(crate) fn contact_forces<'s>(
         &'s self,
         rest: &'s [Vec3],
         u: &'s [Vec3],
         shift: &'s Vec3,
         convex: bool,
-    ) -> impl Iterator<Item = Press> + 's {
-        self.patches.iter().filter_map(move |patch| {
-            let beside = self.beside(patch, rest, u, shift)?;
-            let pressure = self.pressure(patch, Some(&beside));
+    ) -> impl Iterator<Item = ContactForce> + 's {
+        self.points.iter().filter_map(move |point| {
+            let separation = self.separation(point, rest, u, shift)?;
+            let pressure = self.pressure(point, Some(&separation));
             if pressure <= 0.0 {
                 return None;
             }
-            let normal = beside.normal;
+            let normal = separation.normal;
             let mut stiffness = normal * normal.transpose() * self.stiffness_pa_m;
             if !convex {
-                stiffness -= beside.bend * pressure;
+                stiffness -= separation.normal_gradient * pressure;
             }
-            Some(Press {
-                nodes: patch.nodes,
-                shares: patch.values,
-                at_m: Self::at(patch, rest, u),
-                force_n: normal * (pressure * patch.area_m2),
-                stiffness: stiffness * patch.area_m2,
+            Some(ContactForce {
+                nodes: point.nodes,
+                shares: point.values,
+                at_m: Self::at(point, rest, u),
+                force_n: normal * (pressure * point.area_m2),
+                stiffness: stiffness * point.area_m2,
             })
         })
     }
 
     /// True if the pressures differ from their multipliers by at most `share` of the force in
     /// total. Otherwise the pressures become the new multipliers.
-    pub(crate) fn settled(&mut self, rest: &[Vec3], u: &[Vec3], shift: &Vec3, share: f64) -> bool {
-        let now = |patch: &Patch| self.pressure(patch, self.beside(patch, rest, u, shift).as_ref());
-        let pressures: Vec<f64> = self.patches.iter().map(now).collect();
+    pub(crate) fn converged_or_augment(
+        &mut self,
+        rest: &[Vec3],
+        u: &[Vec3],
+        shift: &Vec3,
+        share: f64,
+    ) -> bool {
+        let now = |point: &ContactPoint| {
+            self.pressure(point, self.separation(point, rest, u, shift).as_ref())
+        };
+        let pressures: Vec<f64> = self.points.iter().map(now).collect();
         let (mut change, mut force) = (0.0, 0.0);
-        for (patch, p) in self.patches.iter().zip(&pressures) {
-            change += patch.area_m2 * (p - patch.pressure_pa).abs();
-            force += patch.area_m2 * p;
+        for (point, p) in self.points.iter().zip(&pressures) {
+            change += point.area_m2 * (p - point.pressure_pa).abs();
+            force += point.area_m2 * p;
         }
-        let settled = change <= share * force;
-        if !settled {
+        let is_converged = change <= share * force;
+        if !is_converged {
             self.restore(&pressures);
         }
-        settled
+        is_converged
     }
 
     pub(crate) fn pressures(&self) -> Vec<f64> {
-        self.patches.iter().map(|p| p.pressure_pa).collect()
+        self.points.iter().map(|p| p.pressure_pa).collect()
     }
 
     pub(crate) fn restore(&mut self, pressures: &[f64]) {
-        for (patch, &p) in self.patches.iter_mut().zip(pressures) {
-            patch.pressure_pa = p;
+        for (point, &p) in self.points.iter_mut().zip(pressures) {
+            point.pressure_pa = p;
         }
     }
 }
@@ -299,31 +313,34 @@ mod tests {
             radius_m: 0.03,
         };
         let step = 1e-5;
-        let way = Vec3::new(0.1, -0.2, 1.0).normalize();
+        let back = Vec3::new(0.1, -0.2, 1.0).normalize();
         let places = [
             Vec3::new(0.1, 0.2, 0.1),
             Vec3::new(-0.1, 0.05, 0.2),
             Vec3::new(0.3, 0.1, -0.1),
             Vec3::new(0.12, 0.02, 0.15),
         ];
-        for (x, behind) in places.iter().flat_map(|x| [(x, None), (x, Some(&way))]) {
-            let here = bar.beside(x, behind).expect("off the axis");
+        for (x, behind) in places.iter().flat_map(|x| [(x, None), (x, Some(&back))]) {
+            let here = bar.separation(x, behind).expect("off the axis");
             for axis in 0..3 {
                 let mut by = Vec3::zeros();
                 by[axis] = step;
-                let (next, before) = (bar.beside(&(x + by), behind), bar.beside(&(x - by), behind));
+                let (next, before) = (
+                    bar.separation(&(x + by), behind),
+                    bar.separation(&(x - by), behind),
+                );
                 let (next, before) = (next.expect("off"), before.expect("off"));
                 let slope = (next.separation_m - before.separation_m) / (2.0 * step);
                 assert!((slope - here.normal[axis]).abs() < 1e-6);
                 let turn = (next.normal - before.normal) / (2.0 * step);
-                assert!((turn - here.bend.column(axis)).norm() < 1e-4);
+                assert!((turn - here.normal_gradient.column(axis)).norm() < 1e-4);
             }
         }
         let ball = Bar {
             ends_m: [Vec3::zeros(); 2],
             radius_m: 0.01,
         };
-        let above = ball.beside(&(Vec3::z() * 0.03), None).expect("off");
+        let above = ball.separation(&(Vec3::z() * 0.03), None).expect("off");
         assert!((above.separation_m - 0.02).abs() < 1e-12);
     }
 
@@ -335,12 +352,12 @@ mod tests {
             ends_m: [-Vec3::x(), Vec3::x()],
             radius_m: 0.0015,
         };
-        let beside = |x: Vec3| bar.beside(&x, Some(&Vec3::z())).expect("off the axis");
-        let above = beside(Vec3::new(0.0, 1e-4, 0.004));
+        let separation = |x: Vec3| bar.separation(&x, Some(&Vec3::z())).expect("off the axis");
+        let above = separation(Vec3::new(0.0, 1e-4, 0.004));
         assert!((above.separation_m - (1e-4 - 0.0015)).abs() < 1e-12);
         assert!((above.normal - Vec3::y()).norm() < 1e-9);
-        let below = beside(Vec3::new(0.0, 1e-4, -0.004));
-        let alone = bar.beside(&Vec3::new(0.0, 1e-4, -0.004), None);
+        let below = separation(Vec3::new(0.0, 1e-4, -0.004));
+        let alone = bar.separation(&Vec3::new(0.0, 1e-4, -0.004), None);
         assert!((below.normal - alone.expect("off the axis").normal).norm() < 1e-12);
     }
 }

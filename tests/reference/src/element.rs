@@ -37,7 +37,7 @@ pub(crate) fn shape(xi: &Vec3) -> [f64; 10] {
 }
 
 /// Derivatives of the shape functions with respect to `xi`.
-pub(crate) fn shape_slopes(xi: &Vec3) -> [Vec3; 10] {
+pub(crate) fn shape_gradients(xi: &Vec3) -> [Vec3; 10] {
     let b = [1.0 - xi.x - xi.y - xi.z, xi.x, xi.y, xi.z];
     let slope = [Vec3::repeat(-1.0), Vec3::x(), Vec3::y(), Vec3::z()];
     let mut n = [Vec3::zeros(); 10];
@@ -59,7 +59,7 @@ pub(crate) fn jacobian(x: &[Vec3; 10], slopes: &[Vec3; 10]) -> Matrix3<f64> {
 pub(crate) fn smallest_jacobian(x: &[Vec3; 10]) -> f64 {
     let corners = [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
     let inner = POINTS.map(Vec3::from);
-    let at = |xi: &Vec3| jacobian(x, &shape_slopes(xi)).determinant();
+    let at = |xi: &Vec3| jacobian(x, &shape_gradients(xi)).determinant();
     corners
         .iter()
         .chain(&inner)
@@ -108,7 +108,7 @@ pub(crate) fn prepare(nodes: &[Vec3], tets: &[[u32; 10]]) -> Result<Vec<Element>
         let mut smallest = f64::INFINITY;
         let points = POINTS.map(|xi| {
             let xi = Vec3::from(xi);
-            let slopes = shape_slopes(&xi);
+            let slopes = shape_gradients(&xi);
             let j = jacobian(&x, &slopes);
             let determinant = j.determinant();
             smallest = smallest.min(determinant);
@@ -197,7 +197,7 @@ mod tests {
     fn shape_functions_are_one_at_their_node_and_sum_to_one() {
         let xi = Vec3::new(0.2, 0.5, 0.1);
         assert!((shape(&xi).iter().sum::<f64>() - 1.0).abs() < 1e-14);
-        assert!(shape_slopes(&xi).iter().sum::<Vec3>().norm() < 1e-14);
+        assert!(shape_gradients(&xi).iter().sum::<Vec3>().norm() < 1e-14);
         let corners = [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
         for (i, corner) in corners.iter().enumerate() {
             assert!((shape(corner)[i] - 1.0).abs() < 1e-14);

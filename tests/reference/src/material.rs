@@ -147,8 +147,12 @@ impl Material {
     #[must_use]
     pub(crate) fn stiffness(&self, f: &Matrix3<f64>, project: bool) -> Stiffness9 {
         if self.law == Law::Isochoric {
-            let h = self.slope_of_stress(f);
-            return if project { positive(h) } else { h };
+            let h = self.numerical_stiffness(f);
+            return if project {
+                without_negative_eigenvalues(h)
+            } else {
+                h
+            };
         }
         let cof = cofactor(f);
         let flat = SMatrix::<f64, 9, 1>::from_column_slice(cof.as_slice());
@@ -166,11 +170,15 @@ impl Material {
                 }
             }
         }
-        if project { positive(h) } else { h }
+        if project {
+            without_negative_eigenvalues(h)
+        } else {
+            h
+        }
     }
 
     /// Derivative of the stress by central differences, made symmetric.
-    fn slope_of_stress(&self, f: &Matrix3<f64>) -> Stiffness9 {
+    fn numerical_stiffness(&self, f: &Matrix3<f64>) -> Stiffness9 {
         let step = 1e-6;
         let mut h = Stiffness9::zeros();
         for j in 0..9 {
@@ -205,7 +213,7 @@ fn cross(v: &nalgebra::Vector3<f64>) -> Matrix3<f64> {
     v.cross_matrix()
 }
 
-fn positive(h: Stiffness9) -> Stiffness9 {
+fn without_negative_eigenvalues(h: Stiffness9) -> Stiffness9 {
     let eigen = h.symmetric_eigen();
     if eigen.eigenvalues.min() >= 0.0 {
         return h;

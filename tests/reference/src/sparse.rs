@@ -126,11 +126,11 @@ impl System {
     }
 
     /// Solves for a right-hand side; `None` if the matrix is not positive definite.
-    pub(crate) fn solve(&self, right: &[f64]) -> Option<Vec<f64>> {
+    pub(crate) fn solve(&self, right_side: &[f64]) -> Option<Vec<f64>> {
         let symbolic = self.symbolic.clone();
         let factor =
             Llt::try_new_with_symbolic(symbolic, self.matrix.as_ref(), Side::Lower).ok()?;
-        let mut x = faer::Col::from_fn(right.len(), |i| right[i]);
+        let mut x = faer::Col::from_fn(right_side.len(), |i| right_side[i]);
         factor.solve_in_place(x.as_mat_mut());
         let x: Vec<f64> = x.iter().copied().collect();
         x.iter().all(|v| v.is_finite()).then_some(x)

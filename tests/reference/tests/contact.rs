@@ -70,11 +70,11 @@ fn a_deep_dent_balances_and_does_not_penetrate() {
     let mesh = quarter(0.03, 6, 2.0);
     let depth = 0.5 * RADIUS_M;
     let done = pressed(&mesh, &[depth]).pop().expect("one");
-    let carried: f64 = base(&mesh)
+    let base_force_n: f64 = base(&mesh)
         .iter()
         .map(|&n| done.reaction_n[n as usize].z)
         .sum();
-    let ratio = carried / done.tool_force_n.z;
+    let ratio = base_force_n / done.tool_force_n.z;
     assert!((ratio - 1.0).abs() < 1e-5, "{ratio}");
     let centre = Vec3::z() * (RADIUS_M - depth);
     let moved = mesh
@@ -123,8 +123,8 @@ fn a_bar_off_the_middle_feels_the_torque_that_the_base_bears() {
     };
     let done = problem.solve(&[1.0], &mut |_| {}).expect("equilibrium");
     let done = &done[0];
-    let felt_n = done.tool_force_n;
-    assert!(felt_n.z > 0.01, "{felt_n}");
+    let tool_force_n = done.tool_force_n;
+    assert!(tool_force_n.z > 0.01, "{tool_force_n}");
     for about in [Vec3::zeros(), Vec3::new(-0.1, 0.2, 0.05)] {
         let (mut force_n, mut torque_nm) = (Vec3::zeros(), Vec3::zeros());
         for &n in &held {
@@ -133,13 +133,13 @@ fn a_bar_off_the_middle_feels_the_torque_that_the_base_bears() {
             torque_nm += (mesh.nodes[n] - about).cross(&done.reaction_n[n]);
         }
         let off = (done.tool_torque_nm(&about) - torque_nm).norm();
-        assert!((force_n - felt_n).norm() < 1e-5 * felt_n.norm());
+        assert!((force_n - tool_force_n).norm() < 1e-5 * tool_force_n.norm());
         assert!(off < 1e-5 * torque_nm.norm(), "{about:?}: {off}");
     }
     // The resultant passes through the top, under the bar.
     let moment = done.tool_torque_nm(&Vec3::zeros());
-    let through_m = felt_n.cross(&moment) / felt_n.norm_squared();
-    let at_m = through_m + felt_n * ((0.02 - through_m.z) / felt_n.z);
+    let through_m = tool_force_n.cross(&moment) / tool_force_n.norm_squared();
+    let at_m = through_m + tool_force_n * ((0.02 - through_m.z) / tool_force_n.z);
     assert!(
         (0.030..0.06).contains(&at_m.x) && (0.022..0.030).contains(&at_m.y),
         "{at_m}"

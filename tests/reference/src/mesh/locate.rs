@@ -2,7 +2,7 @@
 
 use super::Mesh;
 use crate::Vec3;
-use crate::element::{jacobian, shape, shape_slopes};
+use crate::element::{jacobian, shape, shape_gradients};
 
 /// Position of a point in the mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -98,7 +98,7 @@ impl<'a> Locator<'a> {
         // Straight elements need one step, curved ones a few.
         for _ in 0..8 {
             let at: Vec3 = x.iter().zip(shape(&xi)).map(|(x, n)| x * n).sum();
-            let Some(inverse) = jacobian(&x, &shape_slopes(&xi)).try_inverse() else {
+            let Some(inverse) = jacobian(&x, &shape_gradients(&xi)).try_inverse() else {
                 break;
             };
             let step = inverse * (p - at);

@@ -126,7 +126,7 @@ impl Mesh {
             let mut number = Vec::with_capacity(part.nodes.len());
             for p in &part.nodes {
                 let home = [cell(p, 0), cell(p, 1), cell(p, 2)];
-                let near = around(home)
+                let near = neighbour_cells(home)
                     .filter_map(|c| known.get(&c))
                     .flatten()
                     .find(|&&n| (mesh.nodes[n as usize] - p).norm() <= tolerance_m);
@@ -184,12 +184,12 @@ impl Mesh {
                 for (&m, by) in &moved {
                     self.nodes[m as usize] += by * share;
                 }
-                let sound = |e: &usize| {
+                let is_valid = |e: &usize| {
                     let x = self.tets[*e].map(|n| self.nodes[n as usize]);
                     element::smallest_jacobian(&x) > 0.3 * element::straight_jacobian(&x)
                         && element::straight_jacobian(&x) > 0.0
                 };
-                if owners[&n].iter().all(sound) {
+                if owners[&n].iter().all(is_valid) {
                     break;
                 }
                 for (&m, by) in &moved {
@@ -217,11 +217,11 @@ impl Mesh {
                 }
                 let old = self.nodes[n];
                 self.nodes[n] = onto_surface(&old);
-                let sound = |e: &usize| {
+                let is_valid = |e: &usize| {
                     let x = self.tets[*e].map(|n| self.nodes[n as usize]);
                     element::smallest_jacobian(&x) > 0.3 * element::straight_jacobian(&x)
                 };
-                if !owners[&(n as u32)].iter().all(sound) {
+                if !owners[&(n as u32)].iter().all(is_valid) {
                     self.nodes[n] = old;
                     kept += 1;
                 }
@@ -262,7 +262,7 @@ impl Mesh {
     }
 }
 
-fn around(home: [i64; 3]) -> impl Iterator<Item = [i64; 3]> {
+fn neighbour_cells(home: [i64; 3]) -> impl Iterator<Item = [i64; 3]> {
     (0..27).map(move |i| {
         [
             home[0] + i % 3 - 1,

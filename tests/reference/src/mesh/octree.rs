@@ -13,7 +13,7 @@ const DOUBLINGS_MAX: u32 = 12;
 
 /// A cube is divided if the wanted element size is smaller than this share of its edge. So a cube's
 /// edge is between two thirds and four thirds of the wanted size.
-const LEAST_SHARE: f64 = 0.75;
+const SIZE_SHARE_MIN: f64 = 0.75;
 
 /// Fills the shape where `distance` (the signed distance to its surface, m) is negative, between
 /// `min_m` and `max_m`. A cube's edge is `finest_m` times a power of two, and about `size_m` at its
@@ -47,7 +47,7 @@ pub fn graded(
 /// its edge.
 type Cube = (u32, [i64; 3]);
 /// A point in units of half the finest edge.
-type Place = [i64; 3];
+type GridPoint = [i64; 3];
 
 struct Octree {
     origin: Vec3,
@@ -56,11 +56,11 @@ struct Octree {
     cubes: BTreeSet<Cube>,
 }
 
-fn corner((doublings, at): Cube, corner: [i64; 3]) -> Place {
+fn corner((doublings, at): Cube, corner: [i64; 3]) -> GridPoint {
     [0, 1, 2].map(|k| (at[k] + corner[k]) << (doublings + 1))
 }
 
-fn centre((doublings, at): Cube) -> Place {
+fn centre((doublings, at): Cube) -> GridPoint {
     at.map(|a| (a << (doublings + 1)) + (1 << doublings))
 }
 
@@ -85,16 +85,16 @@ impl Octree {
             largest,
             cubes: BTreeSet::new(),
         };
-        let mut open: Vec<Cube> = Vec::new();
+        let mut pending: Vec<Cube> = Vec::new();
         for k in 0..counts.z {
             for j in 0..counts.y {
-                open.extend((0..counts.x).map(|i| (largest, [i, j, k])));
+                pending.extend((0..counts.x).map(|i| (largest, [i, j, k])));
             }
         }
-        while let Some(cube) = open.pop() {
+        while let Some(cube) = pending.pop() {
             let edge_m = finest_m * f64::from(1 << cube.0);
-            if cube.0 > 0 && size_m(&tree.at(centre(cube))) < edge_m * LEAST_SHARE {
-                open.extend(children(cube));
+            if cube.0 > 0 && size_m(&tree.at(centre(cube))) < edge_m * SIZE_SHARE_MIN {
+                pending.extend(children(cube));
             } else {
                 tree.cubes.insert(cube);
             }
@@ -102,13 +102,13 @@ impl Octree {
         tree
     }
 
-    fn at(&self, place: Place) -> Vec3 {
+    fn at(&self, place: GridPoint) -> Vec3 {
         self.origin + Vec3::from(place.map(|p| p as f64)) * (0.5 * self.finest_m)
     }
 
     /// The given cube, or the undivided cube that contains it. `None` outside the octree, or if the
     /// given cube is divided.
-    fn cover(&self, (doublings, at): Cube) -> Option<Cube> {
+    fn containing(&self, (doublings, at): Cube) -> Option<Cube> {
         (doublings..=self.largest)
             .map(|d| (d, at.map(|a| a >> (d - doublings))))
             .find(|cube| self.cubes.contains(cube))
@@ -117,29 +117,32 @@ impl Octree {
     /// Divides cubes until neighbours across faces, edges and corners differ by a factor of two at
     /// most.
     fn balance(&mut self) {
-        let mut open: Vec<Cube> = self.cubes.iter().rev().copied().collect();
-        while let Some(cube) = open.pop() {
+        let mut pending: Vec<Cube> = self.cubes.iter().rev().copied().collect();
+        while let Some(cube) = pending.pop() {
             if !self.cubes.contains(&cube) {
                 continue;
             }
             for step in 0..27 {
                 let by = [step % 3 - 1, step / 3 % 3 - 1, step / 9 - 1];
                 let beside = [0, 1, 2].map(|k| cube.1[k] + by[k]);
-                while let Some(large) = self.cover((cube.0, beside)).filter(|l| l.0 > cube.0 + 1) {
+                while let Some(large) = self
+                    .containing((cube.0, beside))
+                    .filter(|l| l.0 > cube.0 + 1)
+                {
                     self.cubes.remove(&large);
                     self.cubes.extend(children(large));
-                    open.extend(children(large));
+                    pending.extend(children(large));
                 }
             }
         }
     }
 
     /// Indices and positions of all corners and centres.
-    fn points(&self) -> (HashMap<Place, usize>, Vec<Vec3>) {
+    fn points(&self) -> (HashMap<GridPoint, usize>, Vec<Vec3>) {
         let corners =
             |cube: Cube| (0..8_i64).map(move |c| corner(cube, [c & 1, c >> 1 & 1, c >> 2]));
         let all = self.cubes.iter();
-        let places: BTreeSet<Place> = all
+        let places: BTreeSet<GridPoint> = all
             .flat_map(|&cube| corners(cube).chain([centre(cube)]))
             .collect();
         let points = places.iter().map(|&place| self.at(place)).collect();
@@ -147,13 +150,13 @@ impl Octree {
     }
 
     /// Tetrahedra between the centres of neighbouring cubes and their common face.
-    fn tets(&self, numbers: &HashMap<Place, usize>) -> Vec<[usize; 4]> {
+    fn tets(&self, numbers: &HashMap<GridPoint, usize>) -> Vec<[usize; 4]> {
         let mut tets = Vec::new();
         for &cube in &self.cubes {
             for (axis, up) in (0..3).flat_map(|axis| [(axis, false), (axis, true)]) {
                 let mut beside = cube;
                 beside.1[axis] += if up { 1 } else { -1 };
-                let Some(other) = self.cover(beside) else {
+                let Some(other) = self.containing(beside) else {
                     continue; // outside, or smaller cubes, which add their own tetrahedra
                 };
                 let ring = ring(cube, axis, up);
@@ -179,7 +182,7 @@ impl Octree {
 }
 
 /// Corners of a cube's face, in order around it.
-fn ring(cube: Cube, axis: usize, up: bool) -> [Place; 4] {
+fn ring(cube: Cube, axis: usize, up: bool) -> [GridPoint; 4] {
     [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[a, b]| {
         let mut at = [0; 3];
         at[axis] = i64::from(up);
@@ -189,14 +192,14 @@ fn ring(cube: Cube, axis: usize, up: bool) -> [Place; 4] {
     })
 }
 
-fn middle_of_face(cube: Cube, axis: usize, up: bool) -> Place {
+fn middle_of_face(cube: Cube, axis: usize, up: bool) -> GridPoint {
     let mut middle = centre(cube);
     middle[axis] += if up { 1 << cube.0 } else { -(1 << cube.0) };
     middle
 }
 
 /// An edge, or its two halves if a smaller cube has a corner in its middle.
-fn halves([a, b]: [Place; 2], numbers: &HashMap<Place, usize>) -> Vec<[usize; 2]> {
+fn halves([a, b]: [GridPoint; 2], numbers: &HashMap<GridPoint, usize>) -> Vec<[usize; 2]> {
     let middle = [0, 1, 2].map(|k| (a[k] + b[k]) / 2);
     let [a, b] = [a, b].map(|place| numbers[&place]);
     match numbers.get(&middle) {
@@ -206,7 +209,11 @@ fn halves([a, b]: [Place; 2], numbers: &HashMap<Place, usize>) -> Vec<[usize; 2]
 }
 
 /// The face of a small cube as two triangles that meet in the middle of the large cube's face.
-fn triangles(ring: [Place; 4], meet: Place, numbers: &HashMap<Place, usize>) -> [[usize; 3]; 2] {
+fn triangles(
+    ring: [GridPoint; 4],
+    meet: GridPoint,
+    numbers: &HashMap<GridPoint, usize>,
+) -> [[usize; 3]; 2] {
     let first = ring.iter().position(|place| *place == meet).unwrap_or(0);
     let [a, b, c, d] = [0, 1, 2, 3].map(|i| numbers[&ring[(first + i) % 4]]);
     [[a, b, c], [a, c, d]]
