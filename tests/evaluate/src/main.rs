@@ -112,8 +112,8 @@ enum Command {
     /// Tests whether tissue comes to rest: sweeps of material, spheres, hold, gravity and form, and
     /// the remaining speed after 5 s.
     Rest(Asked),
-    /// Presses, pulls and sweeps at every organ, and finds what left its place, lies in another organ
-    /// or still moves 2 s later.
+    /// Presses, pulls and sweeps every organ with a tool. Finds tissue that left its place, lies in
+    /// another organ or still moves 2 s later.
     Stay(Asked),
     /// Measures recorded hands of surgeons and novices with the metrics of sessions. Finds which
     /// metrics separate the two groups, at which rates and with which noise.
