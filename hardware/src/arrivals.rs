@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn other_batches_are_told_with_their_size_and_interval() {
+    fn other_batches_are_reported_with_their_size_and_interval() {
         let Some(Pattern::Batches { tenths, every_us }) = found(1_000_000, held(5_000_000)) else {
             panic!("no batches");
         };
@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_of_full_speed_usb_are_recognised_where_they_show() {
+    fn frames_of_full_speed_usb_are_recognised_where_they_can_be() {
         for every_us in [300, 500, 700, 1400] {
             let found = found(every_us * 1000, held(1_000_000));
             assert_eq!(found, Some(Pattern::Frames), "{every_us} µs");
@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_that_come_at_once_show_nothing() {
+    fn samples_that_arrive_without_delay_have_no_pattern() {
         for every_us in [700, 1000, 1300, 4000, 10_000] {
             let found = found(every_us * 1000, |at_ns| at_ns);
             assert_eq!(found, None, "{every_us} µs");

@@ -146,7 +146,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_device_is_found_by_the_name_that_stays() {
+    fn a_device_is_found_by_its_permanent_name() {
         let directory = tempfile::tempdir().unwrap();
         let device = directory.path().join("ttyACM0");
         fs::write(&device, "").unwrap();
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn looking_round_never_fails() {
+    fn listing_devices_never_fails() {
         for found in devices() {
             let is_usb = ["usb", crate::dhd::LIBRARY].map(Path::new);
             let is_usb = is_usb.contains(&found.path.as_path());

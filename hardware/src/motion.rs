@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn a_velocity_left_zero_is_replaced_by_that_of_the_positions() {
+    fn a_velocity_that_is_always_zero_is_replaced_by_that_of_the_positions() {
         let (admitted, fastest_m_s, leaps, _) = judged(0.0, |ms| ms as f32 * 2.0e-3);
         assert!((fastest_m_s - 2.0).abs() < 0.01, "{fastest_m_s}");
         assert_eq!((admitted, leaps), (999, 0));
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn a_leap_that_lasts_is_believed_and_told() {
+    fn a_lasting_leap_is_accepted_and_reported() {
         let (admitted, fastest_m_s, leaps, leapt) =
             judged(0.0, |ms| if ms >= 500 { 0.05 } else { 0.0 });
         assert_eq!((admitted, leaps, leapt), (992, 7, true));

@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_is_measured_at_any_rate_and_beside_any_way_of_a_hand() {
+    fn noise_is_measured_at_any_rate_and_during_any_movement_of_a_hand() {
         for hz in [100, 500, 1000, 4000] {
             for noise_m in [0.00015, 0.0005] {
                 let swings = |s: f32| 0.05 * (s * 12.0).sin();
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hand_an_encoder_and_a_knock_are_no_noise() {
+    fn a_moving_hand_encoder_steps_and_a_knock_are_no_noise() {
         let still = [
             judged(1000, 0.0, |s| 0.05 * (s * 31.0).sin()),
             // A strong tremor: 2 mm at 12 Hz.

@@ -370,7 +370,7 @@ mod tests {
     }
 
     #[test]
-    fn words_come_back_from_their_numbers_and_unknown_numbers_are_refused() {
+    fn words_are_found_by_their_numbers_and_unknown_numbers_are_refused() {
         is_checked!(Instrument, CapsuleRole, Current, EventKind, Fault);
     }
 
@@ -383,7 +383,7 @@ mod tests {
     }
 
     #[test]
-    fn both_pedals_give_no_current() {
+    fn both_pedals_together_give_no_current() {
         let both = Switches::CUT | Switches::COAGULATE;
         assert_eq!(both.current(), Current::Off);
         assert_eq!(Switches::CUT.current(), Current::Cut);

@@ -168,7 +168,7 @@ fn nothing_of_a_station_is_left_after_a_clean_end() {
 /// A program in another network namespace, as in a container that shares /dev/shm, does not see the
 /// station's abstract sockets.
 #[test]
-fn nobody_sweeps_a_station_of_another_network_away() {
+fn a_station_of_another_network_is_not_removed() {
     const NETWORK: [&str; 2] = ["unshare", "--net"];
     if !is_possible(&NETWORK) {
         return;
@@ -197,7 +197,7 @@ fn nobody_sweeps_a_station_of_another_network_away() {
 }
 
 #[test]
-fn a_hundred_kills_at_any_moment_leave_a_station_that_starts() {
+fn a_station_starts_after_a_hundred_kills_at_random_moments() {
     let tmp = tempfile::tempdir().unwrap();
     let station = name("kills");
     let mut random = 7u64;
@@ -230,7 +230,7 @@ fn a_hundred_kills_at_any_moment_leave_a_station_that_starts() {
 }
 
 #[test]
-fn a_station_starts_on_whatever_a_crash_left() {
+fn a_station_starts_on_any_leftovers_of_a_crash() {
     let tmp = tempfile::tempdir().unwrap();
     let station = name("crash");
     let user = rustix::process::geteuid().as_raw();
@@ -275,7 +275,7 @@ fn a_station_whose_name_begins_with_anothers_keeps_its_files() {
 }
 
 #[test]
-fn newcomers_are_told_that_shared_memory_was_removed() {
+fn later_programs_report_that_shared_memory_was_removed() {
     let tmp = tempfile::tempdir().unwrap();
     let station = name("ipc");
     let controller = TestProcess::start("controller", &station, tmp.path());
@@ -299,7 +299,7 @@ fn newcomers_are_told_that_shared_memory_was_removed() {
 }
 
 #[test]
-fn newcomers_with_another_temporary_folder_are_told_the_place() {
+fn later_programs_with_another_temporary_folder_report_the_right_one() {
     let (tmp, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let station = name("tmp");
     let controller = TestProcess::start("controller", &station, tmp.path());
@@ -316,7 +316,7 @@ fn newcomers_with_another_temporary_folder_are_told_the_place() {
 }
 
 #[test]
-fn a_name_is_held_once_wherever_the_folders_are() {
+fn a_name_is_held_only_once_wherever_the_folders_are() {
     let (tmp, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let station = name("claim");
     let first = TestProcess::start("claim", &station, tmp.path());
@@ -433,7 +433,7 @@ fn a_limit_of_file_sizes_is_named() {
 
 /// The memory that a station requires is at least as large as its files, and not much larger.
 #[test]
-fn what_a_station_reserves_is_what_it_takes() {
+fn a_station_reserves_the_memory_that_it_uses() {
     let station = Station::new(&name("measure")).unwrap();
     let need = Station::room_needed();
     let ends = (

@@ -131,7 +131,7 @@ fn tiny_scene() -> SceneData {
 }
 
 #[test]
-fn a_scene_survives_the_file() {
+fn a_scene_is_read_as_written() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tiny.calot");
     let data = tiny_scene();

@@ -279,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn answers_who_it_is_and_how_it_is() {
+    fn the_bird_answers_its_name_and_its_status() {
         let mut bird = bird();
         assert_eq!(answers(&mut bird, b"O\x0F"), b"6DFOB     ");
         assert_eq!(answers(&mut bird, b"O\x00"), status::RUNNING.to_le_bytes());
@@ -294,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn point_ends_a_stream_and_else_asks_for_a_record() {
+    fn the_point_command_ends_a_stream_or_asks_for_a_record() {
         let mut bird = bird();
         assert_eq!(answers(&mut bird, b"@"), b"");
         assert!(bird.is_streaming());
@@ -305,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn the_wrong_hemisphere_mirrors() {
+    fn the_wrong_hemisphere_mirrors_positions() {
         let mut bird = bird();
         answers(&mut bird, b"]L\x0C\x00"); // selects the lower half, but z is negative
         let parse =
@@ -318,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn a_group_answers_with_every_bird_and_its_address() {
+    fn a_group_answers_with_a_record_and_the_address_of_every_bird() {
         let pose = |x| Record {
             position_m: [x, 0.0, 0.0],
             rotation: UnitQuaternion::identity(),

@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn a_moving_endoscope_is_hardly_behind() {
+    fn a_moving_endoscope_has_little_delay() {
         let mut filter = Filter::new(REST_HZ);
         let (speed_m_s, turning_rad_s) = (0.1, 1.0);
         let mut behind = (0.0, 0.0);
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn filter_rests_where_the_sensor_does_and_begins_anew_after_a_gap() {
+    fn the_filter_converges_to_a_resting_sensor_and_restarts_after_a_gap() {
         let mut filter = Filter::new(REST_HZ);
         let mut out = at(0.0, 0.0);
         for step in 0..300u64 {
@@ -169,7 +169,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn filtered_place_lies_among_those_that_came(
+        fn the_filtered_place_lies_among_the_measured_ones(
             xs in prop::collection::vec((-0.9..0.9f32, -3.0..3.0f32, 0u64..40_000_000), 1..200),
         ) {
             let mut filter = Filter::new(REST_HZ);

@@ -503,7 +503,7 @@ mod tests {
     }
 
     #[test]
-    fn one_wild_record_is_held_back_and_a_real_move_is_followed() {
+    fn one_implausible_record_is_dropped_and_a_real_movement_is_followed() {
         let mut gate = Gate::default();
         let ms = |ms: u64| ms * 1_000_000;
         assert!(gate.admit(&at(0.1), ms(0)));

@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn a_buzz_is_found_within_a_few_swings_and_a_tremor_is_none() {
+    fn a_buzz_is_found_within_a_few_periods_and_a_tremor_is_no_buzz() {
         for hz in [15.0, 40.0, 120.0, 300.0] {
             let at_s = found_s(hz, 0.5e-3).unwrap();
             assert!(at_s <= 4.0 / hz + 0.01, "{hz} Hz: {at_s} s");
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn an_impact_that_rings_and_dies_away_is_none() {
+    fn a_decaying_oscillation_after_an_impact_is_no_buzz() {
         let mut buzz = Buzz::default();
         let found = (0..500).any(|ms| {
             let at_s = f64::from(ms) * 1e-3;
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn a_buzz_has_its_frequency_and_its_swing() {
+    fn a_buzz_is_reported_with_its_frequency_and_amplitude() {
         let mut buzz = Buzz::default();
         for ms in 0..500 {
             let at_s = f64::from(ms) * 1e-3;

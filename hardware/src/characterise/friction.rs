@@ -121,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn onset_of_a_growing_force_is_found_from_the_first_millimetre() {
+    fn the_onset_of_motion_is_found_from_the_first_millimetre() {
         let mass_kg = 0.045;
         let way_m = |at_s: f64| GROWTH_N_S * (at_s - 1.0).powi(3) / (6.0 * mass_kg);
         let times = (0..1000).map(|ms| 1.0 + f64::from(ms) * 1e-3);

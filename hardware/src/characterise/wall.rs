@@ -214,7 +214,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_search_doubles_then_closes_in() {
+    fn the_search_doubles_and_then_bisects() {
         let limit_n_m = 1234.0;
         let mut walls = Wall::default();
         while let Some(stiffness_n_m) = walls.next_n_m() {

@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn a_late_computer_is_no_late_watchdog() {
+    fn a_late_computer_is_not_reported_as_a_late_watchdog() {
         let calm = Host::default();
         let busy = Host::of_sleeps_ms(&[1, 1, 70]);
         assert_eq!(outcome(50_500, 51_000, calm), CheckOutcome::Pass);

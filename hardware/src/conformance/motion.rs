@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_signs_units_and_empty_fields_are_told_apart() {
+    fn wrong_signs_units_and_empty_fields_are_distinguished() {
         assert!(swung(1.0).judged().unwrap().0);
         for (by, words) in [(-1.0, "wrong sign"), (0.001, "0.00 of what"), (0.0, "zero")] {
             let (good, said) = swung(by).judged().unwrap();
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_is_no_wrong_velocity() {
+    fn a_gap_does_not_count_as_a_wrong_velocity() {
         let mut motion = Motion::default();
         for ms in 0..3000 {
             let turn = ms as f32 * 1.0e-3 * std::f32::consts::TAU;
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_wanders_is_found_and_a_late_computer_is_not_blamed() {
+    fn a_drifting_clock_is_found_and_a_late_computer_is_not_reported_as_one() {
         let tau = std::f64::consts::TAU;
         let wanders = |s: f64| 0.02 * 5.0 / tau * (1.0 - (tau * s / 5.0).cos()) * 1e6;
         assert!((worst(wanders, |_| 0) - 1.0).abs() > 0.015);

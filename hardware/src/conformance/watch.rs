@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn a_computer_that_keeps_up_excuses_nothing() {
+    fn a_punctual_computer_excuses_no_late_sample() {
         assert_eq!(host(&[1; 1000]).excuse(), None);
         // One delay in a watch of one second: 3 %.
         let mut looks = vec![1; 970];
@@ -265,20 +265,20 @@ mod tests {
     }
 
     #[test]
-    fn a_driver_that_holds_its_caller_up_is_no_excuse() {
+    fn a_driver_that_blocks_its_caller_excuses_nothing() {
         let mut slow = Host::default();
         (0..10).for_each(|_| slow.add_step(Duration::from_millis(90), Duration::from_millis(1)));
         assert_eq!(slow.excuse(), None);
     }
 
     #[test]
-    fn a_computer_that_was_elsewhere_says_for_how_long() {
+    fn a_pause_of_the_computer_is_reported_with_its_length() {
         let excuse = host(&[1, 1, 90, 1, 1, 6]).excuse().unwrap();
         assert!(excuse.contains("96 of 100 ms"), "{excuse}");
     }
 
     #[test]
-    fn lateness_is_judged_only_on_a_computer_that_kept_time() {
+    fn lateness_is_tested_only_on_a_punctual_computer() {
         let mut report = Report::new("a device");
         let [idle, busy] = [host(&[1; 10]), host(&[9; 10])];
         report.judge_time("rate", false, "too slow".into(), idle);

@@ -131,7 +131,7 @@ mod tests {
     };
 
     #[test]
-    fn every_model_has_figures_that_make_sense() {
+    fn every_model_has_plausible_figures() {
         for number in (0..300).chain([-1]) {
             let found = capabilities(number, ALL);
             let numbers = [
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn a_model_that_is_not_known_is_weaker_than_any_that_is() {
+    fn an_unknown_model_has_less_force_than_any_known_one() {
         let unknown = capabilities(91, ALL);
         for number in [33, 35, 63, 104, 108, 60] {
             let known = capabilities(number, ALL);

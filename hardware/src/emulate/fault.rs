@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn faults_have_their_time() {
+    fn faults_occur_in_their_periods() {
         let faults = Faults {
             lost: 1.0,
             slow_reader_ms: 4,
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn the_same_seed_does_the_same_harm() {
+    fn the_same_seed_gives_the_same_damage() {
         let faults = Faults {
             lost: 0.01,
             corrupted: 0.01,
@@ -232,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn splitting_merging_and_batching_lose_nothing_but_the_tail() {
+    fn splitting_merging_and_batching_lose_only_the_last_bytes() {
         let faults = Faults {
             split: 0.5,
             merged: 0.5,
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn each_fault_does_its_harm() {
+    fn each_fault_damages_the_stream() {
         let clean = 4000;
         assert!(
             through(

@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ring_that_nobody_holds_stays_between_its_stops() {
+    fn a_ring_that_nobody_holds_stays_within_its_stops() {
         let handle = Capabilities::touch_class_with_opening().opening.unwrap();
         let mut fingers = Fingers::new(handle, RING, Grip::NONE);
         for (opening_n, end) in [(-0.5, 0.0), (0.5, 1.0)] {

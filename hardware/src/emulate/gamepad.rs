@@ -228,7 +228,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sticks_move_what_they_say_and_rest_in_their_middle() {
+    fn sticks_move_the_documented_axes_and_are_neutral_in_their_middle() {
         let mut wish = Wish::default();
         let mut sticks = Sticks::default();
         sticks.axes[0] = 0.1;
@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn axes_of_any_range_fill_one() {
+    fn axes_of_any_range_are_scaled_to_one() {
         for (value, range, axis, share) in [
             (0.0, [0.0, 255.0], 0, -1.0),
             (255.0, [0.0, 255.0], 0, 1.0),

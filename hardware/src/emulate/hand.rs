@@ -316,7 +316,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn a_round_presses_grasps_pulls_and_lets_go_within_ten_seconds() {
+    fn a_round_presses_grasps_pulls_and_releases_within_ten_seconds() {
         let hand = hand();
         let height_mm = |time_s: f32| {
             let script = workplace();
@@ -358,7 +358,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn the_handle_that_it_wants_has_its_tip_where_it_wants_it() {
+    fn the_target_of_the_handle_puts_the_tip_at_its_target() {
         let hand = hand();
         for step in 0..100 {
             let intent = hand.intent(step as f32 * 0.1);
@@ -372,7 +372,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn devices_that_cannot_reach_are_refused_by_name() {
+    fn devices_that_cannot_reach_the_scene_are_refused_by_name() {
         let far = Translation3::new(0.0, 0.0, 0.5);
         let script = HandScript {
             world_from_device: far.into(),

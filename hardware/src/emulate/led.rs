@@ -80,7 +80,7 @@ mod tests {
     use crate::emulate::hand::tests::workplace;
 
     #[test]
-    fn led_hand_goes_where_it_is_led_gives_way_to_force_and_repeats() {
+    fn a_guided_hand_follows_its_target_yields_to_force_and_is_deterministic() {
         let wish = Wish {
             moved_m: [0.004, 0.0, 0.0],
             ..Wish::default()

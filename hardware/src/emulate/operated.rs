@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn the_tip_goes_as_the_picture_shows_it_and_arrives() {
+    fn the_tip_moves_in_the_directions_of_the_picture_and_arrives() {
         let (hand, mut operated) = start();
         let before = operated.tip_m;
         let wish = Wish {
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sender_that_falls_silent_takes_its_foot_off_and_holds_still() {
+    fn when_the_sender_is_silent_the_pedal_is_released_and_the_hand_rests() {
         let (hand, mut operated) = start();
         let wish = Wish {
             buttons: Buttons::GRASP,

@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn the_stops_hold_the_handle_in_the_workspace() {
+    fn the_stops_keep_the_handle_in_the_workspace() {
         let mut touch = Touch::new(Body::TOUCH, Grip::STYLUS, Vec3::zeros());
         let reached = settle(&mut touch, Vec3::new(0.2, 0.0, 0.0), Vec3::zeros());
         assert!(reached.x < 0.106, "{reached}");
@@ -226,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn a_long_strong_force_makes_it_limit_itself() {
+    fn the_device_limits_a_strong_force_of_long_duration() {
         let mut touch = Touch::new(Body::TOUCH, Grip::STYLUS, Vec3::zeros());
         let force = Vec3::new(3.3, 0.0, 0.0);
         settle(&mut touch, Vec3::zeros(), force);
@@ -262,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn wall_within_the_device_s_limit_is_still_and_one_far_beyond_buzzes() {
+    fn a_wall_within_the_devices_limit_is_stable_and_one_far_beyond_oscillates() {
         let step_m = Body::TOUCH.encoder_step_m;
         let stiffness = 700.0;
         assert!(

@@ -139,7 +139,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ends_must_be_far_apart_and_the_right_way_round() {
+    fn the_ends_must_be_far_apart_and_in_the_right_order() {
         for (shut, open, good, words) in [
             (Some(0.01), Some(0.98), true, "0.01 when shut"),
             (Some(0.98), Some(0.01), false, "the wrong way"),
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn a_push_is_judged_by_its_sign_and_its_measured_size() {
+    fn a_push_is_rated_by_its_sign_and_its_measured_size() {
         for (asked, answer, good, words) in [
             (Squeezed::Open, Squeezed::Open, true, "felt open"),
             (Squeezed::Open, Squeezed::Shut, false, "wrong sign"),

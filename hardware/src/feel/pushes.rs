@@ -176,7 +176,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_sensor_that_measures_nothing_is_not_told_that_axes_are_turned() {
+    fn a_sensor_that_measures_nothing_does_not_mean_exchanged_axes() {
         for (measured_n, words) in [
             (Vec3::zeros(), "the sensor measured 0.00 N. Is the driver"),
             (Vec3::new(0.01, 0.01, 0.0), "the sensor measured 0.01 N"),

@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_force_that_is_left_fails() {
+    fn a_remaining_force_fails() {
         for (answer, good, words) in [
             (Left::Nothing, true, "the force ended"),
             (Left::Measured(Vec3::y() * 0.02), true, "0.02 N measured"),

@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn set_up_it_answers_angles_and_holds_the_torque() {
+    fn after_the_setup_the_board_answers_angles_and_applies_the_torque() {
         let mut board = ready();
         let answer = say(&mut board, &torques([0.0625, -1.0]));
         assert_eq!(answer.len(), 9);
@@ -263,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn angles_are_what_it_was_told_and_what_was_turned_since() {
+    fn angles_are_the_given_start_plus_the_rotation_since() {
         let mut board = Board::default();
         say(&mut board, &set_up(&Pantograph::GEN3.ports([100.0, 30.0])));
         let mut answer = Vec::new();

@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn the_force_is_limited_by_the_motors_and_drops_what_leaves_the_plane() {
+    fn the_force_is_limited_by_the_motors_and_has_no_part_out_of_the_plane() {
         let generation = Pantograph::GEN3;
         let angles = generation.angles_deg(Vec3::zeros());
         let force = Vec3::new(300.0, 40.0, -200.0);
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn arms_that_do_not_meet_have_no_place_and_stretched_ones_no_force() {
+    fn arms_that_do_not_meet_have_no_position_and_stretched_arms_no_force() {
         let wide = Pantograph {
             apart_m: 0.1,
             ..Pantograph::GEN3
@@ -282,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn arms_and_ports_are_crossed() {
+    fn each_arm_is_on_the_port_of_the_other_side() {
         let ports = Pantograph::GEN2.ports([241.0, -61.0]);
         assert!(ports[0].angle_deg < 0.0 && ports[1].angle_deg > 240.0);
         assert_eq!(ports.map(|port| port.motor_reversed), [false, true]);

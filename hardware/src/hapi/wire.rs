@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn answers_are_found_behind_noise() {
+    fn answers_are_found_after_noise() {
         let mut stream = vec![7, 9];
         stream.extend_from_slice(&answer([181.5, -3.25]));
         stream.extend_from_slice(&answer([181.75, -3.0]));
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn an_answer_that_was_refused_may_begin_later() {
+    fn the_next_answer_may_begin_inside_a_refused_one() {
         let mut reader = AnswerReader::default();
         // Three bytes of noise that look like the start of an answer.
         for byte in [ID, 0, 0] {
@@ -245,7 +245,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn angles_come_back(angles in prop::array::uniform2(-720.0..720.0f32)) {
+        fn angles_are_read_as_sent(angles in prop::array::uniform2(-720.0..720.0f32)) {
             prop_assert_eq!(read(&answer(angles)), (vec![angles], 0));
         }
 

@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn a_large_body_is_passed_over_and_the_next_request_is_heard() {
+    fn a_large_body_is_skipped_and_the_next_request_is_read() {
         let mut inbox = Inbox::default();
         let mut bytes = packed(Version::One, "IMAGE", &[7; 10_000]);
         bytes.extend(packed(Version::One, "GET_STATUS", b""));
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn a_damaged_request_is_named_and_noise_ends_the_talk() {
+    fn a_damaged_request_is_named_and_noise_ends_the_stream() {
         let mut inbox = Inbox::default();
         let mut bytes = packed(Version::One, "GET_TDATA", b"abc");
         *bytes.last_mut().unwrap() ^= 1;
@@ -190,7 +190,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn requests_are_heard_whatever_the_pieces(
+        fn requests_are_read_however_the_stream_is_cut(
             cut in 1usize..200, message_id in any::<Option<u32>>(), content in any::<Vec<u8>>(),
         ) {
             let version = message_id.map_or(Version::One, |message_id| Version::Two { message_id });
@@ -206,7 +206,7 @@ mod tests {
         }
 
         #[test]
-        fn any_bytes_are_harmless(bytes in any::<Vec<u8>>()) {
+        fn arbitrary_bytes_are_harmless(bytes in any::<Vec<u8>>()) {
             let mut inbox = Inbox::default();
             inbox.add(&bytes);
             while inbox.next().is_some() {}

@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn a_header_of_no_known_version_or_with_a_name_that_is_no_text_is_refused() {
+    fn a_header_with_an_unknown_version_or_a_name_that_is_not_ascii_is_refused() {
         for (at, byte) in [(1, 0), (1, 4), (0, 1), (3, 0xFF), (14, 7), (2, 0)] {
             let mut bytes = *pack(Version::One, "STATUS", "x", 0, b"")
                 .first_chunk::<HEADER_BYTES>()
@@ -208,7 +208,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_packed_is_read(
+        fn messages_are_read_as_packed(
             kind in "[A-Z_]{1,12}", name in "[ -~]{0,20}", content in any::<Vec<u8>>(),
             message_id in any::<Option<u32>>(),
         ) {

@@ -112,9 +112,9 @@ mod tests {
     use super::*;
 
     /// A port with one pin whose states are played.
-    struct Played(Pin, std::vec::IntoIter<bool>);
+    struct ScriptedPin(Pin, std::vec::IntoIter<bool>);
 
-    impl PinReader for Played {
+    impl PinReader for ScriptedPin {
         fn is_high(&mut self, pin: Pin) -> Result<bool, String> {
             match pin == self.0 {
                 true => self.1.next().ok_or("unplugged".to_owned()),
@@ -124,16 +124,16 @@ mod tests {
     }
 
     #[test]
-    fn the_chosen_pin_is_read_until_it_is_gone() {
+    fn the_chosen_pin_is_read_until_the_adapter_is_unplugged() {
         for pin in [Pin::Cts, Pin::Dsr, Pin::Dcd, Pin::Ri] {
             let states = vec![false, true, false].into_iter();
-            let mut light = PinLight::on(Played(pin, states), pin).unwrap();
+            let mut light = PinLight::on(ScriptedPin(pin, states), pin).unwrap();
             let level = |bright, at_ns| Seen::Level { bright, at_ns };
             assert_eq!(light.look(5), level(true, 5), "{}", pin.name());
             assert_eq!(light.look(6), level(false, 6));
             assert_eq!(light.look(7), Seen::Lost);
         }
-        let other = PinLight::on(Played(Pin::Ri, vec![true].into_iter()), Pin::Cts);
+        let other = PinLight::on(ScriptedPin(Pin::Ri, vec![true].into_iter()), Pin::Cts);
         assert!(other.is_err_and(|what| what == "no such pin"));
     }
 

@@ -176,7 +176,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_edge_lies_in_the_middle_of_the_two_looks_that_saw_it() {
+    fn an_edge_lies_in_the_middle_between_the_two_readings_around_it() {
         let mut levels = Levels::default();
         assert_eq!(levels.take(true, 100), None, "nothing was known before");
         assert_eq!(levels.take(true, 200), None);
@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn each_change_is_told_once_until_the_sensor_is_gone() {
+    fn each_change_is_reported_once_until_the_sensor_is_unplugged() {
         let edges = all(&Sensor::watch(Blinks(0)).unwrap());
         assert_eq!(edges.len(), 9, "{edges:?}");
         assert!(edges.iter().is_sorted_by_key(|edge| edge.at_ns));

@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn light_through_a_card_without_direct_current_is_found() {
+    fn light_is_found_through_a_sound_card_that_blocks_direct_current() {
         // Pulses that decay in 8 ms, at 300 ms up, at 700 ms down, at 1100 ms up.
         let pulse = |t: f64, from: f64| {
             if t < from {
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn slow_changes_of_a_room_are_no_light() {
+    fn slow_changes_of_the_room_light_are_ignored() {
         let found = edges(2.0, |t| 10_000.0 * (core::f64::consts::TAU * t).sin());
         assert_eq!(found, []);
     }

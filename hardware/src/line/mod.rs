@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn a_user_without_permission_is_told_the_group() {
+    fn the_error_for_missing_permission_names_the_group() {
         let kind = ErrorKind::Io(io::ErrorKind::PermissionDenied);
         let said = open_error(Path::new("/dev/tty"), &serialport::Error::new(kind, ""));
         let words = "permission denied. Add yourself to the group";
@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn reads_no_more_than_the_buffer_and_loses_nothing() {
+    fn a_read_takes_no_more_than_the_buffer_holds_and_loses_nothing() {
         let (mut far, mut line) = pair();
         far.write_all(b"0123456789").unwrap();
         let mut heard = Vec::new();
@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn a_silent_line_stays_and_an_unplugged_one_is_noticed() {
+    fn a_silent_line_stays_open_and_an_unplugged_one_is_noticed() {
         let (mut far, mut line) = pair();
         let mut buffer = [0; 4];
         for _ in 0..50 {

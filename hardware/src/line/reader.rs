@@ -235,7 +235,7 @@ mod tests {
     proptest! {
         /// If the reader polls often enough, every byte comes out once and in order.
         #[test]
-        fn bytes_put_in_come_out(
+        fn bytes_are_read_as_written(
             chunks in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..300), 0..1200),
             room in 1usize..1024,
         ) {
@@ -258,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn backlog_gives_its_newest_bytes_and_a_flood_is_no_danger() {
+    fn a_backlog_gives_its_newest_bytes_and_a_flood_is_harmless() {
         let bytes = InputRing::new();
         let mut buffer = [0; 1024];
         for i in 0..40u64 {

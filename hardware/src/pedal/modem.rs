@@ -202,7 +202,7 @@ mod tests {
     use std::rc::Rc;
 
     #[test]
-    fn an_adapter_that_hangs_reads_as_released() {
+    fn a_pedal_on_a_hanging_adapter_reads_as_released() {
         let began = Instant::now()
             .checked_sub(Duration::from_millis(SILENT_MS * 4))
             .unwrap();
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn a_closed_wire_presses_bounces_are_ignored_and_a_lost_line_stays_lost() {
+    fn a_closed_switch_presses_bounces_are_ignored_and_a_lost_line_stays_lost() {
         let wires = Rc::new(Cell::new(Some([false, false])));
         let mut pedal = ModemPedal::on(Wires(Rc::clone(&wires)));
         let mut at = |closed: Option<[bool; 2]>, ms: u64| {
@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pty_is_refused_because_it_has_no_such_wires() {
+    fn a_pty_is_refused_because_it_has_no_modem_wires() {
         let (_master, slave) = TTYPort::pair().unwrap();
         let path = slave.name().unwrap();
         drop(slave);

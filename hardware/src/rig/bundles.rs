@@ -116,10 +116,10 @@ impl Bundles {
     }
 
     fn close(&mut self) {
-        let shows = self.bundled_us * 100 >= self.judged_us * BUNDLED_PERCENT
+        let has_bundles = self.bundled_us * 100 >= self.judged_us * BUNDLED_PERCENT
             && self.longest_us - self.shortest_us <= SPREAD_US;
-        self.windows = if shows { self.windows + 1 } else { 0 };
-        if shows {
+        self.windows = if has_bundles { self.windows + 1 } else { 0 };
+        if has_bundles {
             // The length of a bundle runs from its first sample to the first sample of the next
             // bundle.
             self.length_us = self.bundled_us / self.count.max(1);
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn a_late_host_and_an_irregular_device_are_no_bundles() {
+    fn a_late_host_or_an_irregular_device_is_not_reported_as_bundles() {
         assert_eq!(bundles_of(|ms| ms % 16 == 0, 16_000_000).length_ms(), None);
         let irregular = |ms: u32| ms.is_multiple_of(41) || ms.is_multiple_of(29);
         assert_eq!(bundles_of(irregular, 1_000_000).length_ms(), None);

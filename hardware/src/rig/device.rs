@@ -404,7 +404,7 @@ mod tests {
     }
 
     #[test]
-    fn the_watchdog_drops_the_force_and_a_new_force_takes_it_up() {
+    fn the_watchdog_drops_the_force_and_a_new_command_restores_it() {
         let mut device = greeted();
         device.receive(push(1.0, 1).as_bytes(), 1_000);
         assert!((norm(device.force(51_000)) - 1.0).abs() < 1e-6);
@@ -426,7 +426,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stuck_line_does_not_feed_the_watchdog() {
+    fn repeated_bytes_of_a_stuck_line_do_not_reset_the_watchdog() {
         let mut device = greeted();
         for ms in 0..1000 {
             device.receive(push(1.0, 7).as_bytes(), ms * 1000);
@@ -447,7 +447,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sample_alone_sees_that_the_force_is_too_old() {
+    fn sampling_alone_finds_that_the_force_is_too_old() {
         let mut device = greeted();
         device.receive(push(1.0, 1).as_bytes(), 0);
         assert!(device.state(&Motion::default(), 50_001).is_some());
@@ -455,7 +455,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_takes_the_force_until_it_is_mended() {
+    fn a_fault_drops_the_force_until_it_is_repaired() {
         let mut device = greeted();
         device.receive(push(1.0, 1).as_bytes(), 0);
         device.set_fault(true);
@@ -471,7 +471,7 @@ mod tests {
     }
 
     #[test]
-    fn a_motion_that_is_no_number_is_a_lost_sample() {
+    fn a_motion_that_is_not_a_number_is_a_lost_sample() {
         let mut device = greeted();
         let motion = Motion {
             position_m: [0.0, f32::NAN, 0.0],
@@ -485,7 +485,7 @@ mod tests {
     }
 
     #[test]
-    fn a_careless_watchdog_is_shortened() {
+    fn a_watchdog_that_is_too_long_is_shortened() {
         let careless = Capabilities {
             watchdog_ms: 0,
             ..Capabilities::touch_class()
@@ -498,7 +498,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn rig_exceeds_neither_its_force_nor_its_watchdog_on_any_bytes(
+        fn no_bytes_make_a_rig_exceed_its_force_or_its_watchdog(
             noise in prop::collection::vec(any::<u8>(), 0..256),
             force_n in prop::array::uniform3(-40.0..40.0f32),
         ) {

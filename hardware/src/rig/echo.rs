@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_sample_with_a_force_ends_the_time_of_the_sample_it_came_from() {
+    fn the_first_sample_with_a_force_ends_the_measurement_of_its_delay() {
         let mut echoes = Echoes::default();
         let start = u32::MAX - 500; // the device's clock wraps on the way
         assert_eq!(tick(&mut echoes, start, None, 1), None);
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn forces_without_a_sample_of_their_own_and_foreign_numbers_have_no_echo() {
+    fn forces_without_a_new_sample_and_unknown_numbers_have_no_echo() {
         let mut echoes = Echoes::default();
         tick(&mut echoes, 0, None, 1);
         echoes.begin();

@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn each_mistake_of_a_first_firmware_has_its_words() {
+    fn each_mistake_of_a_new_firmware_has_its_message() {
         let good = Capabilities::touch_class().frame(1);
         let mut plain = good.as_bytes().to_vec();
         plain.pop();

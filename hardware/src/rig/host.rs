@@ -475,7 +475,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn another_version_names_what_to_update() {
+    fn the_error_for_another_version_names_the_part_to_update() {
         let check = |version| {
             let found = Capabilities {
                 version,

@@ -136,7 +136,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_pedal_that_was_held_through_a_silence_gives_no_current_until_released() {
+    fn a_pedal_held_during_a_silence_gives_no_current_until_it_is_released() {
         let mut electrodes = Electrodes::default();
         assert_eq!(electrodes.update([false, true]), [false, true]);
         assert!(electrodes.release_all());

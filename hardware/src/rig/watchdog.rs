@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_after_the_drop_do_not_lengthen_it() {
+    fn samples_after_the_drop_do_not_lengthen_the_measured_time() {
         let mut watchdog = Watchdog::default();
         for ms in 0..123 {
             let now = match ms {
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn a_force_that_ends_otherwise_is_no_drop() {
+    fn a_force_that_ends_for_another_reason_is_no_drop() {
         let mut watchdog = Watchdog::default();
         watchdog.take(&state(0, Status::FORCE_ON, 7));
         watchdog.take(&state(1, Status::FAULT, 0));

@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn landmarks_that_say_nothing_are_refused() {
+    fn landmarks_that_determine_no_frame_are_refused() {
         let at = |x: f32| (Vec3::new(x, 0.0, 0.0), Vec3::new(0.0, x, 0.0));
         assert_eq!(fit(&[at(0.0), at(1.0)]), Err(NoFit::TooFew(2)));
         assert!(matches!(

@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn the_station_s_limit_holds_for_the_fingers_too() {
+    fn the_stations_force_limit_holds_for_the_opening_too() {
         let sent = Arc::new(Mutex::new(ForceCommand::default()));
         let mut device = Limited {
             device: Box::new(Strong(Arc::clone(&sent))),

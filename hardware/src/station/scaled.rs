@@ -145,7 +145,7 @@ mod tests {
         /// Hand and instrument do equal work at any scale, and the force limit that the simulation
         /// sees maps to the device's own.
         #[test]
-        fn work_is_the_same_on_both_sides(scale in 0.2f32..5.0, force in [-3.0f32..3.0, -3.0..3.0, -3.0..3.0]) {
+        fn scaling_keeps_the_work(scale in 0.2f32..5.0, force in [-3.0f32..3.0, -3.0..3.0, -3.0..3.0]) {
             let rendered = Arc::new(Mutex::new(Vec3::zeros()));
             let mut device = Scaled { device: Box::new(Still(Arc::clone(&rendered))), scale };
             let Polled::Fresh(sample) = device.poll(1) else { panic!("it has one") };

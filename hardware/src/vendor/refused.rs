@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_dependency_is_not_a_missing_driver() {
+    fn a_missing_dependency_is_not_reported_as_a_missing_driver() {
         let error =
             said("libncurses.so.5: cannot open shared object file: No such file or directory");
         assert!(error.contains("needs libncurses.so.5"), "{error}");
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bad_dependency_is_blamed_in_place_of_the_library() {
+    fn an_unusable_dependency_is_named_instead_of_the_library() {
         let libraries = [
             (
                 "/opt/libIO.so.5: undefined symbol: io_open",
@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn a_function_that_the_library_lacks_is_a_matter_of_its_version() {
+    fn a_missing_function_means_another_version_of_the_library() {
         let path = Path::new("/opt/libHD.so");
         let words = |words: &str| incomplete(path, words, &PRODUCT).to_string();
         let error = words("/opt/libHD.so: undefined symbol: hdUnschedule");
@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_of_another_kind_is_told_by_its_first_bytes() {
+    fn a_file_of_another_kind_is_recognised_by_its_first_bytes() {
         let folder = tempfile::tempdir().unwrap();
         for (bytes, cause) in [
             (b"\x7FELF\x01\x01\x01".as_slice(), "32-bit"),

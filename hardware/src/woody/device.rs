@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn two_commands_that_wait_are_both_lost() {
+    fn two_waiting_commands_are_both_lost() {
         let mut firmware = Firmware::default();
         assert_eq!(
             say(&mut firmware, b"[1,1,1]\n[2,2,2]\n", 0),
@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn too_much_current_becomes_none_and_silence_ends_it() {
+    fn too_large_a_current_becomes_zero_and_silence_ends_the_current() {
         let mut firmware = Firmware::default();
         say(&mut firmware, b"[6000,-6001,5]\n", 0);
         assert_eq!(firmware.currents_ma(100_000), [6000, 0, 5]);

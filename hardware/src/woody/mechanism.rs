@@ -197,7 +197,7 @@ mod tests {
     const WOODY: Mechanism = Mechanism::WOODY;
 
     #[test]
-    fn links_at_home_are_square() {
+    fn links_at_home_are_perpendicular() {
         // tB = 0 and tC = 90°: B stands upright, C points to the user.
         let position = WOODY.position_m(WOODY.angles_rad([0; 3]));
         let expected = Vec3::new(0.0, 0.080 + 0.205 - 0.080, 0.245 - 0.220);
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn currents_are_limited_together() {
+    fn currents_are_limited_in_proportion() {
         let angles = WOODY.angles_rad(WOODY.counts(Vec3::zeros()));
         let force = Vec3::new(40.0, -20.0, 30.0);
         let currents = WOODY.currents_ma(angles, force);
@@ -216,7 +216,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn counts_and_positions_agree(direction in prop::array::uniform3(-1.0..1.0f32),
+        fn encoder_counts_and_positions_agree(direction in prop::array::uniform3(-1.0..1.0f32),
                                       radius_m in 0.0..0.1f32) {
             let direction = Vec3::from(direction);
             prop_assume!(direction.norm() > 0.1);

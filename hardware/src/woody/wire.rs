@@ -286,19 +286,19 @@ mod tests {
 
     proptest! {
         #[test]
-        fn encoders_come_back(counts in prop::array::uniform6(-COUNT_LIMIT..COUNT_LIMIT)) {
+        fn encoders_are_read_as_sent(counts in prop::array::uniform6(-COUNT_LIMIT..COUNT_LIMIT)) {
             let sent = Encoders { model: Model::Woody, counts, error: 8 };
             prop_assert_eq!(Encoders::parse(&between(sent.line().as_bytes())), Some(sent));
         }
 
         #[test]
-        fn currents_come_back(currents in prop::array::uniform3(-6000..=6000)) {
+        fn currents_are_read_as_sent(currents in prop::array::uniform3(-6000..=6000)) {
             let sent = Currents(currents);
             prop_assert_eq!(Currents::parse(&between(sent.line().as_bytes())), Some(sent));
         }
 
         #[test]
-        fn arbitrary_text_does_no_harm(bytes in prop::collection::vec(
+        fn arbitrary_text_is_harmless(bytes in prop::collection::vec(
             prop::sample::select(b"[],-0123456789\nx".to_vec()), 0..1000)) {
             let mut reader = ListReader::default();
             for byte in bytes {

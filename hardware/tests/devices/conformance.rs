@@ -80,7 +80,7 @@ fn the_emulated_devices_pass() {
 }
 
 #[test]
-fn a_pulled_plug_is_noticed() {
+fn an_unplugged_device_is_noticed() {
     let path = |emulator: &Emulator| emulator.lines.haptic.clone();
     let mut emulator = Some(Emulator::start());
     let path = path(emulator.as_ref().unwrap());
@@ -118,7 +118,7 @@ fn a_device_behind_a_bad_cable_fails() {
 }
 
 #[test]
-fn a_missing_device_is_a_report_too() {
+fn a_missing_device_gives_a_report_too() {
     let report = tracker("/dev/there-is-no-such-device".as_ref(), &mut shortly());
     assert!(!report.passed());
     assert!(report.to_string().contains("no such device"), "{report}");
@@ -162,7 +162,7 @@ fn a_watchdog_that_is_missing_fails() {
 }
 
 #[test]
-fn a_watchdog_that_works_now_and_then_fails() {
+fn a_watchdog_that_works_only_sometimes_fails() {
     fails_in(Mistake::WatchdogFlaky, &["watchdog"], "at the latest");
 }
 
@@ -181,7 +181,7 @@ fn a_clock_in_milliseconds_fails() {
 }
 
 #[test]
-fn a_clock_that_stands_fails() {
+fn a_clock_that_has_stopped_fails() {
     fails_in(Mistake::ClockZero, &["consistent"], "found: ");
 }
 
@@ -191,7 +191,7 @@ fn a_clock_that_is_fast_fails() {
 }
 
 #[test]
-fn a_velocity_left_zero_fails() {
+fn a_velocity_that_is_always_zero_fails() {
     fails_in(Mistake::VelocityZero, &["velocity"], "leaves it zero");
 }
 
@@ -210,7 +210,7 @@ fn a_velocity_with_the_wrong_sign_fails() {
 }
 
 #[test]
-fn a_status_that_follows_the_force_fails() {
+fn a_force_bit_that_is_clear_at_zero_force_fails() {
     fails_in(Mistake::StatusNonzero, &["watchdog"], "even a zero one");
 }
 

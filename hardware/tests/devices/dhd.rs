@@ -64,7 +64,7 @@ fn is_close(a: [f64; 7], b: [f64; 7]) -> bool {
 }
 
 #[test]
-fn a_push_to_the_right_is_right_both_in_and_out() {
+fn positions_and_forces_to_the_right_are_converted_both_ways() {
     let fake = Fake::new(OMEGA_7);
     // The library: x to the user, y right, z up.
     for (theirs, ours) in [
@@ -89,7 +89,7 @@ fn a_push_to_the_right_is_right_both_in_and_out() {
 }
 
 #[test]
-fn a_turn_about_the_librarys_up_is_one_about_ours() {
+fn a_rotation_about_the_librarys_vertical_is_one_about_calots() {
     let fake = Fake::new(OMEGA_7);
     fake.set(Entry::Turned, 1.0);
     let mut device = fake.open().unwrap();
@@ -101,7 +101,7 @@ fn a_turn_about_the_librarys_up_is_one_about_ours() {
 }
 
 #[test]
-fn torque_goes_to_a_wrist_with_motors_only_and_is_limited() {
+fn only_a_wrist_with_motors_gets_a_torque_and_it_is_limited() {
     for (model, is_rendered) in [(SIGMA_7, true), (OMEGA_7, false)] {
         let fake = Fake::new(model);
         let mut device = fake.open().unwrap();
@@ -123,7 +123,7 @@ fn torque_goes_to_a_wrist_with_motors_only_and_is_limited() {
 }
 
 #[test]
-fn a_gripper_is_read_forced_and_pressed_like_a_button() {
+fn a_gripper_is_read_gets_a_force_and_counts_as_a_button() {
     let fake = Fake::new(OMEGA_7);
     let mut device = fake.open().unwrap();
     let opening = device.capabilities().opening;
@@ -196,7 +196,7 @@ fn a_falcon_has_three_directions_and_four_buttons() {
 }
 
 #[test]
-fn each_model_has_its_figures_and_an_unknown_one_weak_ones() {
+fn each_model_has_its_figures_and_an_unknown_model_has_low_ones() {
     for (number, force_max_n) in [(33, 12.0), (60, 8.0), (63, 20.0), (104, 20.0), (109, 12.0)] {
         let fake = Fake::new((number, 0));
         let found = fake.open().unwrap().capabilities();
@@ -209,7 +209,7 @@ fn each_model_has_its_figures_and_an_unknown_one_weak_ones() {
 }
 
 #[test]
-fn a_hung_host_loses_the_force_and_closing_takes_it_at_once() {
+fn a_hanging_host_loses_the_force_and_closing_ends_it_at_once() {
     let fake = Fake::new(SIGMA_7);
     let mut device = fake.open().unwrap();
     let strong = push(Vec3::x());
@@ -223,7 +223,7 @@ fn a_hung_host_loses_the_force_and_closing_takes_it_at_once() {
 }
 
 #[test]
-fn numbers_that_are_none_are_neither_rendered_nor_sampled() {
+fn values_that_are_not_numbers_are_neither_rendered_nor_sampled() {
     let fake = Fake::new(SIGMA_7);
     let mut device = fake.open().unwrap();
     poll_for(Duration::from_millis(100), |now_ns| {
@@ -257,7 +257,7 @@ fn a_velocity_that_the_library_lacks_is_left_to_the_tick() {
 }
 
 #[test]
-fn a_leap_is_held_back_told_and_believed_when_it_lasts() {
+fn a_jump_is_dropped_and_a_lasting_one_is_accepted_and_reported() {
     let fake = Fake::new(OMEGA_7);
     let mut device = fake.open().unwrap();
     let first = sample(&mut device, |_| true);
@@ -291,7 +291,7 @@ fn a_leap_is_held_back_told_and_believed_when_it_lasts() {
 }
 
 #[test]
-fn a_device_whose_own_button_took_the_force_is_told_and_gets_it_back_slowly() {
+fn a_device_whose_own_button_ended_the_force_is_reported_and_gets_it_back_slowly() {
     let fake = Fake::new(OMEGA_7);
     let mut device = fake.open().unwrap();
     let strong = push(Vec3::new(4.0, 0.0, 0.0));
@@ -449,7 +449,7 @@ fn a_library_that_hangs_is_named_and_used_again_once_it_returns() {
 }
 
 #[test]
-fn a_library_that_hangs_later_holds_up_neither_tick_nor_end() {
+fn a_library_that_hangs_later_delays_neither_the_tick_nor_the_end() {
     let fake = Fake::new(OMEGA_7);
     let mut device = fake.open().unwrap();
     sample(&mut device, |_| true);

@@ -196,12 +196,12 @@ fn under_every_fault<D: HapticDevice>(
 }
 
 #[test]
-fn the_rig() {
+fn the_rig_survives_every_fault() {
     under_every_fault(HapticModel::TouchRig, 0.2001, RigHaptic::open);
 }
 
 #[test]
-fn the_rig_deafened() {
+fn the_rig_survives_damage_on_the_way_to_the_device() {
     // These frames have a checksum, so damage on the way to the device makes no force.
     let faults = Faults {
         corrupted_to_device: 0.02,

@@ -55,7 +55,7 @@ fn until(
 }
 
 #[test]
-fn the_handle_is_seen_and_pushed_within_the_limit() {
+fn the_handle_is_read_and_its_force_is_limited() {
     let service = EmulatedInverse3::start().unwrap();
     let mut device = open(&service);
     let mut strongest = 0.0f32;
@@ -74,7 +74,7 @@ fn the_handle_is_seen_and_pushed_within_the_limit() {
 }
 
 #[test]
-fn a_host_that_hangs_or_goes_leaves_no_force() {
+fn a_host_that_hangs_or_ends_leaves_no_force() {
     let service = EmulatedInverse3::start().unwrap();
     let mut device = open(&service);
     let felt = |device: &mut Inverse3Haptic| {
@@ -99,7 +99,7 @@ fn a_host_that_hangs_or_goes_leaves_no_force() {
 }
 
 #[test]
-fn samples_are_sane_whatever_the_service_does_and_it_comes_back() {
+fn samples_are_in_range_whatever_the_service_does_and_the_connection_recovers() {
     for how in [
         ServiceFault::Garbage,
         ServiceFault::Boundless,
@@ -156,7 +156,7 @@ fn samples_are_sane_whatever_the_service_does_and_it_comes_back() {
 }
 
 #[test]
-fn newest_state_of_a_service_that_says_too_much_is_used() {
+fn the_newest_state_of_a_service_that_sends_too_much_is_used() {
     let service = EmulatedInverse3::start().unwrap();
     let mut device = open(&service);
     service.set_fault(ServiceFault::Flood);
@@ -183,7 +183,7 @@ fn newest_state_of_a_service_that_says_too_much_is_used() {
 }
 
 #[test]
-fn address_without_a_service_is_refused_as_such() {
+fn an_address_without_a_service_is_refused_as_such() {
     let error = Inverse3Haptic::open(Path::new("127.0.0.1:1"), None).unwrap_err();
     assert!(
         error.to_string().contains("haply-inverse-service"),

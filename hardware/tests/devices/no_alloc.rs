@@ -66,7 +66,7 @@ fn the_counter_counts() {
 }
 
 #[test]
-fn polls_and_sends_do_not_allocate_even_on_a_noisy_line_that_hangs_up() {
+fn polls_and_sends_do_not_allocate_even_on_a_noisy_line_that_is_unplugged() {
     // A tracker needs a quiet line for its answers.
     let hang_up = Faults {
         hang_up_at_s: Some(9.0),
@@ -166,7 +166,7 @@ fn on_a_noisy_line<D: HapticDevice>(
 }
 
 #[test]
-fn nor_do_the_other_haptic_devices() {
+fn the_other_haptic_devices_do_not_allocate() {
     on_a_noisy_line(HapticModel::Woody, WoodyHaptic::open);
     on_a_noisy_line(HapticModel::Hapi, |path| {
         HapiHaptic::open(path, Pantograph::GEN3)
@@ -189,7 +189,7 @@ fn nor_do_the_other_haptic_devices() {
 }
 
 #[test]
-fn nor_does_a_device_behind_libdhd() {
+fn a_device_of_libdhd_does_not_allocate() {
     let fake = Fake::new(SIGMA_7);
     let mut device = persist(|| fake.open());
     let unplug = |samples| {

@@ -13,7 +13,7 @@ use super::presence::{self, HeldName, Presence};
 use super::{MAX_LOANS, QualityOfService, ServiceError, Station, folder};
 
 /// Upper bound for the size of the files that iceoryx2 keeps for one service and one node, bytes.
-/// The test `what_a_station_reserves_is_what_it_takes` checks it.
+/// The test `a_station_reserves_the_memory_that_it_uses` checks it.
 const SERVICE_BYTES: u64 = 64 << 10;
 /// Bytes of a connection between a publisher and a reader, without its queues and flags.
 const CONNECTION_BYTES: u64 = 8 << 10;

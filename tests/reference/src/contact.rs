@@ -307,7 +307,7 @@ mod tests {
     /// Normal and bend are the first and second derivative of the separation: beside the bar,
     /// beyond its ends, and behind it.
     #[test]
-    fn a_bar_is_round() {
+    fn normal_and_bend_of_a_bar_are_derivatives_of_its_separation() {
         let bar = Bar {
             ends_m: [Vec3::new(0.0, 0.0, 0.1), Vec3::new(0.2, 0.1, 0.0)],
             radius_m: 0.03,
@@ -347,7 +347,7 @@ mod tests {
     /// A point above the bar is treated as if it were at the height of the axis, so it is pushed
     /// out sideways. Below the bar, `behind` changes nothing.
     #[test]
-    fn behind_a_bar_is_inside_it() {
+    fn a_point_above_a_bar_is_pushed_out_sideways() {
         let bar = Bar {
             ends_m: [-Vec3::x(), Vec3::x()],
             radius_m: 0.0015,

@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn rest_is_free_and_follows_hooke() {
+    fn rest_is_free_of_stress_and_follows_hooke() {
         let m = tissue();
         for m in [m, m.isochoric()] {
             assert!(m.stress(&Matrix3::identity()).norm() < 1e-9);
@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_values_are_named() {
+    fn invalid_values_are_named() {
         assert!(Material::new(0.0, 0.3, 1.0).is_err());
         assert!(Material::new(1.0, 0.5, 1.0).is_err());
         assert!(Material::new(1.0, f64::NAN, 1.0).is_err());

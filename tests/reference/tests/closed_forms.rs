@@ -47,7 +47,7 @@ fn an_affine_map_is_exact() {
 }
 
 #[test]
-fn a_rigid_turn_costs_nothing() {
+fn a_rigid_rotation_has_no_energy() {
     let mesh = block(Vec3::zeros(), Vec3::new(0.04, 0.02, 0.02), [4, 2, 2]);
     let turn = nalgebra::Rotation3::from_axis_angle(&Vec3::y_axis(), 2.0);
     let ends = mesh.nodes_where(|p| p.x < 1e-9);
@@ -149,7 +149,7 @@ fn inflated(around: usize, through: usize, inner: f64, outer: f64, growth: f64) 
 
 /// Lamé's thick sphere at small strain, and the order of convergence towards his solution.
 #[test]
-fn a_thick_sphere_inflates_as_lame_says() {
+fn a_thick_sphere_inflates_as_lame_predicts() {
     let (a, b, growth) = (0.01, 0.02, 1e-5);
     let m = tissue(0.45);
     let lame = m.lambda_pa() - m.mu_pa();
@@ -171,7 +171,7 @@ fn a_thick_sphere_inflates_as_lame_says() {
 
 /// At 60 % inner growth, the result is compared with the radial equation, integrated independently.
 #[test]
-fn a_thick_sphere_inflates_far_as_the_radial_equation_says() {
+fn a_thick_sphere_inflates_far_as_the_radial_equation_predicts() {
     let (a, b, growth) = (0.01, 0.02, 0.6);
     let m = tissue(0.45);
     let (mu, lambda, gamma) = (m.mu_pa(), m.lambda_pa(), m.gamma());

@@ -89,7 +89,7 @@ fn a_deep_dent_balances_and_does_not_penetrate() {
 }
 
 #[test]
-fn a_ball_that_touches_nothing_feels_nothing() {
+fn a_ball_without_contact_has_no_force() {
     let mesh = quarter(0.03, 2, 1.0);
     let done = pressed(&mesh, &[-1e-3]).pop();
     assert!(done.is_none_or(|s| s.tool_force_n.norm() < 1e-12));
@@ -98,7 +98,7 @@ fn a_ball_that_touches_nothing_feels_nothing() {
 /// A slanting bar presses on a block beside its middle. Force and torque on the bar, about any
 /// point, equal the force and torque of the block's hold. The resultant passes through the contact.
 #[test]
-fn a_bar_off_the_middle_feels_the_torque_that_the_base_bears() {
+fn the_torque_on_an_eccentric_bar_is_that_of_the_base() {
     let mesh = block(Vec3::zeros(), Vec3::new(0.06, 0.04, 0.02), [9, 6, 3]);
     let top = |p: &Vec3| p.z > 0.02 - 1e-9;
     let held = mesh.nodes_where(|p| p.z < 1e-9);

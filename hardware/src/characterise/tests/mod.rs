@@ -50,11 +50,11 @@ fn measured(
 fn an_axis_takes_a_quarter_of_a_minute() {
     let of = SimulatedBody::free(HapticModel::TouchRig);
     let (mut device, mut clock) = simulated(HapticModel::TouchRig, of, nobody());
-    let from_ns = clock.played.now_ns();
+    let from_ns = clock.simulated.now_ns();
     let options = Options::default();
     measure(device.as_mut(), &mut clock, &options, &mut |_| {}).unwrap();
     // The command and the guide state this time.
-    let seconds = (clock.played.now_ns() - from_ns) as f64 * 1e-9;
+    let seconds = (clock.simulated.now_ns() - from_ns) as f64 * 1e-9;
     assert!((30.0..60.0).contains(&seconds), "{seconds}");
 }
 
@@ -108,7 +108,7 @@ fn all_axes_of_the_emulated_touch_are_recovered() {
 }
 
 #[test]
-fn encoder_steps_and_starts_do_not_matter() {
+fn encoder_steps_and_starting_places_do_not_matter() {
     for (seed, step_m) in [(1u32, 0.02e-3), (2, 0.055e-3), (3, 0.1e-3)] {
         let part = |shift: u32| ((seed * 7919) >> shift) as f32 % 13.0 * 1e-3 - 6e-3;
         let free = SimulatedBody::free(HapticModel::TouchRig);
@@ -126,7 +126,7 @@ fn encoder_steps_and_starts_do_not_matter() {
 }
 
 #[test]
-fn milliseconds_in_which_all_stood_still_do_not_matter() {
+fn pauses_of_the_computer_do_not_matter() {
     let of = SimulatedBody::free(HapticModel::TouchRig);
     let (device, mut clock) = simulated(HapticModel::TouchRig, of, nobody());
     let mut device = FaultyDriver::new(device, 0);
@@ -172,7 +172,7 @@ fn all_axes_of_the_emulated_woody_are_recovered() {
 }
 
 #[test]
-fn a_handle_that_falls_is_held_and_its_weight_is_found() {
+fn a_falling_handle_is_supported_and_its_weight_is_found() {
     // The weight exceeds friction, so the handle falls without force.
     let weight_n = 0.35;
     let of = SimulatedBody {

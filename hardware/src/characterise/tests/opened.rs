@@ -22,7 +22,7 @@ fn found(ring: Body, options: &Options, change: impl FnOnce(&mut FaultyDriver)) 
     let mut device = FaultyDriver::new(device, 0);
     change(&mut device);
     let records = measure(&mut device, &mut clock, options, &mut |_| {}).unwrap();
-    assert!(clock.played.opening_n().abs() < 1e-6, "no force remains");
+    assert!(clock.simulated.opening_n().abs() < 1e-6, "no force remains");
     records.analyse()
 }
 
@@ -74,7 +74,7 @@ fn another_ring_is_recovered() {
 }
 
 #[test]
-fn the_other_axes_are_measured_beside_the_opening() {
+fn the_other_axes_are_measured_too() {
     let options = Options {
         axes: [true, false, false],
         ..ALONE
@@ -85,7 +85,7 @@ fn the_other_axes_are_measured_beside_the_opening() {
 }
 
 #[test]
-fn a_motor_that_saturates_is_told() {
+fn a_saturating_motor_is_reported() {
     let found = found(ring(), &ALONE, |device| device.opens_most_n = 0.4);
     let said = found.verdicts().join("\n");
     assert!(
@@ -95,7 +95,7 @@ fn a_motor_that_saturates_is_told() {
 }
 
 #[test]
-fn a_ring_that_binds_in_the_middle_is_told() {
+fn a_ring_that_sticks_in_the_middle_is_reported() {
     let short = SimulatedBody::free(HANDLE);
     let found = found(short.ring, &ALONE, |device| {
         device.opening = |it| 0.2 + 0.6 * it;
@@ -106,7 +106,7 @@ fn a_ring_that_binds_in_the_middle_is_told() {
 }
 
 #[test]
-fn an_opening_that_cannot_be_measured_says_why_and_spoils_nothing() {
+fn an_opening_that_cannot_be_measured_gives_a_reason_and_does_not_affect_the_rest() {
     let options = Options {
         axes: [true, false, false],
         ..ALONE

@@ -22,8 +22,8 @@ pub(super) type HandLaw = Box<dyn FnMut(f64) -> Vec3>;
 pub(super) type Watch = dyn FnMut(f64, &SimulatedDevice) -> bool;
 
 /// Clock that advances the emulated device and ends when the test's watch function returns false.
-pub(super) struct PlayedClock {
-    pub(super) played: Rc<SimulatedDevice>,
+pub(super) struct SimulatedClock {
+    pub(super) simulated: Rc<SimulatedDevice>,
     hand: HandLaw,
     start_ns: TimeNs,
     /// True to simulate a computer that pauses for 30 ms in each second.
@@ -34,19 +34,19 @@ pub(super) struct PlayedClock {
     pub(super) squeezes: bool,
 }
 
-impl Clock for PlayedClock {
+impl Clock for SimulatedClock {
     fn next(&mut self) -> Option<TimeNs> {
-        let now_ns = self.played.now_ns();
+        let now_ns = self.simulated.now_ns();
         let at_s = now_ns.saturating_sub(self.start_ns) as f64 * 1e-9;
         let stands = self.stalls && at_s.fract() < 0.0005;
         for _ in 0..if stands { 30 } else { 1 } {
             let target_m = (self.hand)(at_s);
             if self.squeezes {
-                self.played.squeeze_to(target_m.y);
+                self.simulated.squeeze_to(target_m.y);
             }
-            self.played.advance(target_m);
+            self.simulated.advance(target_m);
         }
-        (self.watch)(at_s, &self.played).then(|| self.played.now_ns())
+        (self.watch)(at_s, &self.simulated).then(|| self.simulated.now_ns())
     }
 }
 
@@ -55,12 +55,12 @@ pub(super) fn simulated(
     model: HapticModel,
     of: SimulatedBody,
     hand: HandLaw,
-) -> (Box<dyn HapticDevice + Send>, PlayedClock) {
-    let (driver, played) = SimulatedDevice::open_with_body(model, of).unwrap();
-    let played = Rc::new(played);
-    let start_ns = played.now_ns();
-    let clock = PlayedClock {
-        played,
+) -> (Box<dyn HapticDevice + Send>, SimulatedClock) {
+    let (driver, simulated) = SimulatedDevice::open_with_body(model, of).unwrap();
+    let simulated = Rc::new(simulated);
+    let start_ns = simulated.now_ns();
+    let clock = SimulatedClock {
+        simulated,
         hand,
         start_ns,
         stalls: false,

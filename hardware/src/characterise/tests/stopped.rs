@@ -52,7 +52,7 @@ fn halted(spoiled: Spoiled) -> (Halt, String) {
 fn a_device_that_pushes_the_wrong_way_is_stopped_within_two_centimetres() {
     for axis in 0..3 {
         let (device, mut clock) = simulated(TOUCH, SimulatedBody::free(TOUCH), nobody());
-        let played = clock.played.clone();
+        let simulated = clock.simulated.clone();
         let mut device = FaultyDriver::new(device, 0);
         device.factors[axis] = -1.0;
         let halt = measure(&mut device, &mut clock, &X, &mut |_| {}).unwrap_err();
@@ -61,9 +61,9 @@ fn a_device_that_pushes_the_wrong_way_is_stopped_within_two_centimetres() {
         assert!(said.contains("Run `calot devices feel` first"), "{said}");
         // Without force the handle comes to rest.
         for _ in 0..500 {
-            played.advance(Vec3::zeros());
+            simulated.advance(Vec3::zeros());
         }
-        let moved_m = played.measured_m().norm();
+        let moved_m = simulated.measured_m().norm();
         assert!(moved_m < 0.02, "{moved_m}");
     }
 }
@@ -85,9 +85,9 @@ fn a_force_along_another_axis_is_named() {
 fn unplugged_device_ends_every_experiment() {
     for at_s in [0.3, 3.0, 8.5, 13.0] {
         let (halt, said) = halted(Spoiled {
-            watch: Box::new(move |now_s, played| {
+            watch: Box::new(move |now_s, simulated| {
                 if now_s >= at_s {
-                    played.unplug();
+                    simulated.unplug();
                 }
                 true
             }),
@@ -99,7 +99,7 @@ fn unplugged_device_ends_every_experiment() {
 }
 
 #[test]
-fn a_person_ends_it_at_any_time() {
+fn a_person_can_stop_it_at_any_time() {
     for at_s in [0.0, 0.5, 7.0, 9.0] {
         let (halt, said) = halted(Spoiled {
             watch: Box::new(move |now_s, _| now_s < at_s),
@@ -111,7 +111,7 @@ fn a_person_ends_it_at_any_time() {
 }
 
 #[test]
-fn a_fault_and_silence_end_it() {
+fn a_fault_or_silence_ends_it() {
     let (_, said) = halted(Spoiled {
         change: Box::new(|device| device.findings.faults.raise(Fault::DeviceClock)),
         ..Spoiled::default()

@@ -70,7 +70,7 @@ fn pressed(body: Body, hand: HandLaw) -> Result<(Wall, Vec<String>), Halt> {
 }
 
 #[test]
-fn the_stiffest_still_wall_is_that_of_a_plain_simulation() {
+fn the_stiffest_stable_wall_is_that_of_a_simple_simulation() {
     for friction_n in [0.05, 0.1] {
         let body = Body {
             friction_n,
@@ -98,7 +98,7 @@ fn the_stiffest_still_wall_is_that_of_a_plain_simulation() {
 }
 
 #[test]
-fn a_wall_that_nobody_presses_is_given_up() {
+fn a_wall_that_nobody_presses_gets_no_result() {
     let (walls, told) = pressed(Body::TOUCH, Box::new(|_| Vec3::y() * 0.008)).unwrap();
     assert!(walls.was_left && walls.trials.is_empty());
     assert!(

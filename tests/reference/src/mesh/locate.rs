@@ -129,7 +129,7 @@ mod tests {
     use crate::shell_octant;
 
     #[test]
-    fn a_quadratic_field_is_found_again_everywhere() {
+    fn a_quadratic_field_is_interpolated_exactly_everywhere() {
         let mesh = crate::block(Vec3::zeros(), Vec3::new(0.2, 0.1, 0.1), [5, 2, 3]);
         let field = |p: &Vec3| Vec3::new(p.x * p.y, p.z * p.z - p.x, 3.0 * p.y * p.z);
         let nodal: Vec<_> = mesh.nodes.iter().map(field).collect();
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn curved_elements_are_inverted_too() {
+    fn points_are_located_in_curved_elements_too() {
         let mesh = shell_octant(0.5, 1.0, 2, 2);
         let locator = Locator::new(&mesh);
         let p = Vec3::new(0.3, 0.4, 0.5);

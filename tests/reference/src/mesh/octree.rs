@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_is_filled_with_sound_elements() {
+    fn a_ball_is_filled_with_valid_elements() {
         let exact = 4.0 / 3.0 * std::f64::consts::PI;
         for finest in [0.09, 0.05, 0.031] {
             let mut mesh = ball(finest);
@@ -272,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn elements_are_small_only_where_they_are_asked_to_be() {
+    fn elements_are_small_only_where_requested() {
         let (coarse, fine) = (ball(0.1), ball(0.05));
         assert!(fine.nodes.len() < 4 * coarse.nodes.len());
         assert!(fine.nodes.len() > coarse.nodes.len());
