@@ -13,7 +13,7 @@ pub struct Bird {
     /// Number of birds taken into the group.
     group_size: u8,
     error: u8,
-    command: Partial,
+    command: PartialCommand,
     /// Address of the bird that receives the next command.
     addressed: u8,
     birds: Vec<Sensor>,
@@ -31,7 +31,7 @@ struct Sensor {
 
 /// A command whose arguments are incomplete.
 #[derive(Debug, Clone, Copy, Default)]
-struct Partial {
+struct PartialCommand {
     code: u8,
     arguments: [u8; 3],
     have: usize,
@@ -68,7 +68,7 @@ impl Bird {
             group: false,
             group_size: 1,
             error: 0,
-            command: Partial::default(),
+            command: PartialCommand::default(),
             addressed: 1,
             birds: poses
                 .iter()
@@ -132,22 +132,22 @@ impl Bird {
                     command::EXAMINE | command::CHANGE => 1,
                     _ => 0,
                 };
-                *command = Partial {
+                *command = PartialCommand {
                     code: byte,
                     need,
-                    ..Partial::default()
+                    ..PartialCommand::default()
                 };
             }
             if self.command.have == self.command.need {
                 self.execute(&mut answer);
-                self.command = Partial::default();
+                self.command = PartialCommand::default();
                 self.addressed = 1;
             }
         }
     }
 
     fn execute(&mut self, answer: &mut impl FnMut(&[u8])) {
-        let Partial {
+        let PartialCommand {
             code,
             arguments: [first, second, third],
             ..

@@ -418,13 +418,13 @@ mod tests {
 
     /// An emulated bird with delayed answers.
     #[derive(Debug)]
-    struct Late {
+    struct DelayedBird {
         bird: Bird,
         by: Duration,
         answers: VecDeque<(Instant, Vec<u8>)>,
     }
 
-    impl Transport for Late {
+    impl Transport for DelayedBird {
         fn path(&self) -> &Path {
             Path::new("late")
         }
@@ -469,7 +469,7 @@ mod tests {
     #[test]
     fn a_bird_that_answers_late_is_found_and_a_silent_one_is_not() {
         let start = |by_ms: u64| {
-            let late = Late {
+            let late = DelayedBird {
                 bird: Bird::new(at(0.3)),
                 by: Duration::from_millis(by_ms),
                 answers: VecDeque::new(),
@@ -491,7 +491,7 @@ mod tests {
     fn a_bird_that_reports_a_broken_part_is_refused_with_its_code() {
         let mut bird = Bird::new(at(0.3));
         bird.fail(FATAL[0]);
-        let broken = Late {
+        let broken = DelayedBird {
             bird,
             by: Duration::ZERO,
             answers: VecDeque::new(),

@@ -4,7 +4,7 @@
 use super::along::{Axis, Estimate, Trace};
 use super::bench::TickRecord;
 use super::curve::friction_curve;
-use super::excite::{Push, Rough};
+use super::excite::{Push, RoughEstimate};
 use super::fit::{Fit, fit, refine, with_best_start};
 use super::friction::BreakAway;
 use super::model::{AxisRecord, COUNT, Model, Window};
@@ -40,7 +40,7 @@ impl Repetition {
 
 /// Parameters of an axis. `None` if the handle moved too little.
 pub(super) fn axis_of(
-    rough: &Rough,
+    rough: &RoughEstimate,
     break_aways: &[[BreakAway; 2]],
     repetitions: &[Repetition],
 ) -> Option<Axis> {

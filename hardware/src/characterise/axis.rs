@@ -3,7 +3,7 @@
 use super::along::Axis;
 use super::analyse::{Repetition, axis_of};
 use super::bench::{Bench, Vector};
-use super::excite::{Rough, chirp, is_movable, push};
+use super::excite::{RoughEstimate, chirp, is_movable, push};
 use super::friction::{BreakAway, break_away};
 use super::halt::Halt;
 use super::hold::Hold;
@@ -11,7 +11,7 @@ use super::hold::Hold;
 /// Records of one axis.
 #[derive(Debug, Clone)]
 pub(super) struct Recorded {
-    rough: Rough,
+    rough: RoughEstimate,
     break_aways: Vec<[BreakAway; 2]>,
     pub(super) repetitions: Vec<Repetition>,
 }
@@ -43,7 +43,7 @@ pub(super) fn one_axis(
         };
         break_aways.push(pair);
     }
-    let rough = rough_of(&break_aways);
+    let rough = rough_estimate(&break_aways);
     let middle_n = mean(&break_aways, |[up, down]| 0.5 * (up.force_n + down.force_n));
     hold.set_holding(axis, middle_n);
     if !is_movable(bench, hold, axis, &rough) {
@@ -90,8 +90,8 @@ pub(super) fn both_ways(
     })
 }
 
-fn rough_of(break_aways: &[[BreakAway; 2]]) -> Rough {
-    Rough {
+fn rough_estimate(break_aways: &[[BreakAway; 2]]) -> RoughEstimate {
+    RoughEstimate {
         mass_kg: mean(break_aways, |[up, down]| 0.5 * (up.mass_kg + down.mass_kg)),
         friction_n: mean(break_aways, |[up, down]| 0.5 * (up.force_n - down.force_n)).max(0.0),
     }

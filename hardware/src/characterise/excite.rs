@@ -49,7 +49,7 @@ const STILL_S: f64 = 0.02;
 
 /// Rough values of an axis, from the break-away experiment.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Rough {
+pub(super) struct RoughEstimate {
     /// Mass, kg.
     pub(super) mass_kg: f64,
     /// Friction, N.
@@ -63,7 +63,12 @@ fn available_n(bench: &Bench<'_>, hold: &Hold, axis: usize) -> f64 {
 }
 
 /// True if the permitted force moves the handle well.
-pub(super) fn is_movable(bench: &Bench<'_>, hold: &Hold, axis: usize, rough: &Rough) -> bool {
+pub(super) fn is_movable(
+    bench: &Bench<'_>,
+    hold: &Hold,
+    axis: usize,
+    rough: &RoughEstimate,
+) -> bool {
     available_n(bench, hold, axis) >= rough.friction_n + ROOM_MIN_N
 }
 
@@ -88,7 +93,7 @@ pub(super) fn chirp(
     bench: &mut Bench<'_>,
     hold: &Hold,
     axis: usize,
-    rough: &Rough,
+    rough: &RoughEstimate,
     sign: f64,
 ) -> Result<Vec<TickRecord>, Halt> {
     let start = bench.now();
@@ -134,7 +139,7 @@ pub(super) fn push(
     bench: &mut Bench<'_>,
     hold: &Hold,
     axis: usize,
-    rough: &Rough,
+    rough: &RoughEstimate,
     sign: f64,
 ) -> Result<Push, Halt> {
     let start = bench.now();

@@ -64,12 +64,12 @@ fn has_fresh_sample(device: &mut RigHaptic) -> bool {
 
 /// Time for which the last force stayed, µs, by the device's clock and by this computer's.
 #[derive(Debug, Clone, Copy, Default)]
-struct Held {
+struct HoldTime {
     device_us: u32,
     host_us: u64,
 }
 
-impl Held {
+impl HoldTime {
     /// The longer of both by each clock.
     fn max(self, other: Self) -> Self {
         Self {
@@ -81,8 +81,8 @@ impl Held {
 
 /// Stops sending and measures how long the last force stays. The longest of several tries counts.
 fn watchdog(report: &mut Report, device: &mut RigHaptic) {
-    let mut longest = Held::default();
-    let mut longest_whole = Held::default();
+    let mut longest = HoldTime::default();
+    let mut longest_whole = HoldTime::default();
     let mut whole = 0;
     let mut host = Host::default();
     let unread = device.counters().unread_bytes;
@@ -112,8 +112,8 @@ fn watchdog(report: &mut Report, device: &mut RigHaptic) {
 
 /// Judges the longest time for which a force stayed. `host` has the delays of this computer during
 /// the tries.
-fn judge_held(report: &mut Report, declared: &Capabilities, held: Held, host: Host) {
-    let Held { device_us, host_us } = held;
+fn judge_held(report: &mut Report, declared: &Capabilities, held: HoldTime, host: Host) {
+    let HoldTime { device_us, host_us } = held;
     let declared_ms = declared.watchdog_ms.min(WATCHDOG_LIMIT_MS);
     // The next sample reports the drop.
     let sample_us = 1_000_000 / u64::from(declared.rate_hz.max(1));
@@ -138,7 +138,7 @@ fn judge_held(report: &mut Report, declared: &Capabilities, held: Held, host: Ho
 
 /// One try: sends zero force until it is in effect, stops sending, and waits for the watchdog.
 /// Adds the delays of this computer to `host`.
-fn held(device: &mut RigHaptic, host: &mut Host) -> Result<Held, String> {
+fn held(device: &mut RigHaptic, host: &mut Host) -> Result<HoldTime, String> {
     let mut heard = false;
     let on = until_timed(host, TIMEOUT, |now_ns| {
         device.send(NO_FORCE, now_ns);
@@ -171,7 +171,7 @@ fn held(device: &mut RigHaptic, host: &mut Host) -> Result<Held, String> {
         if drops.count == before {
             return true;
         }
-        held = Some(Held {
+        held = Some(HoldTime {
             device_us: drops.held_us,
             host_us: since_ns.map_or(0, |it| now_ns.saturating_sub(it) / 1000),
         });
@@ -196,7 +196,12 @@ mod tests {
         let mut report = Report::new("a device");
         let declared = Capabilities::touch_class();
         assert_eq!(declared.watchdog_ms, 50);
-        judge_held(&mut report, &declared, Held { device_us, host_us }, host);
+        judge_held(
+            &mut report,
+            &declared,
+            HoldTime { device_us, host_us },
+            host,
+        );
         report.checks[0].outcome
     }
 

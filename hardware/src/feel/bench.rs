@@ -56,7 +56,7 @@ impl EndReason {
 
 /// A sample of the handle.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Seen {
+pub(super) struct HandleSample {
     pub(super) at_ns: TimeNs,
     /// The device's clock, µs; wraps. `None` if it has none.
     pub(super) device_time_us: Option<u32>,
@@ -72,7 +72,7 @@ pub(super) struct Bench<'a> {
     device: &'a mut dyn HapticDevice,
     guide: &'a mut dyn Guide,
     silent_ms: u32,
-    before: Option<Seen>,
+    before: Option<HandleSample>,
     live: Live,
 }
 
@@ -109,13 +109,13 @@ impl<'a> Bench<'a> {
     }
 
     /// Runs one millisecond with this force. Returns the new sample, if one came.
-    pub(super) fn tick(&mut self, force_n: Vec3) -> Result<Option<Seen>, EndReason> {
+    pub(super) fn tick(&mut self, force_n: Vec3) -> Result<Option<HandleSample>, EndReason> {
         self.run(Some(force_n))
     }
 
     /// Runs one millisecond with this force, or without any command. Returns the new sample, if
     /// one came.
-    fn run(&mut self, force_n: Option<Vec3>) -> Result<Option<Seen>, EndReason> {
+    fn run(&mut self, force_n: Option<Vec3>) -> Result<Option<HandleSample>, EndReason> {
         let now_ns = self.guide.wait();
         if self.guide.is_stopped() {
             return Err(EndReason::Stopped);
@@ -155,7 +155,7 @@ impl<'a> Bench<'a> {
             Polled::Nothing => Ok(None),
             Polled::Fresh(sample) => {
                 self.silent_ms = 0;
-                let seen = Seen {
+                let seen = HandleSample {
                     at_ns: sample.at_ns,
                     device_time_us,
                     at_m: sample.device_from_handle.translation.vector,
@@ -174,7 +174,7 @@ impl<'a> Bench<'a> {
         &mut self,
         step: &Step,
         force_n: Vec3,
-        mut each: impl FnMut(Seen),
+        mut each: impl FnMut(HandleSample),
     ) -> Result<(), EndReason> {
         self.guide.tell(step);
         let start = self.before;
@@ -199,7 +199,7 @@ impl<'a> Bench<'a> {
         &mut self,
         ms: u32,
         force_n: impl Fn(u32) -> Vec3,
-        mut each: impl FnMut(u32, Seen),
+        mut each: impl FnMut(u32, HandleSample),
     ) -> Result<(), EndReason> {
         let start = self.before;
         for at_ms in 0..ms {
@@ -305,7 +305,11 @@ impl<'a> Bench<'a> {
 }
 
 /// True if the handle has gone too far since `start`, or too fast since `earlier`.
-fn exceeds_limits(start: Option<Seen>, earlier: Option<Seen>, now: Seen) -> bool {
+fn exceeds_limits(
+    start: Option<HandleSample>,
+    earlier: Option<HandleSample>,
+    now: HandleSample,
+) -> bool {
     let moved_m = start.map_or(0.0, |start| (now.at_m - start.at_m).norm());
     let speed_m_s = earlier.map_or(0.0, |earlier| {
         let passed_s = now.at_ns.saturating_sub(earlier.at_ns) as f32 * 1.0e-9;

@@ -2,7 +2,7 @@
 
 use rt_core::math::Vec3;
 
-use super::bench::{Bench, EndReason, Seen};
+use super::bench::{Bench, EndReason, HandleSample};
 use super::{Direction, Step};
 use crate::conformance::{Motion, Report};
 
@@ -35,7 +35,7 @@ pub(super) fn test(
     let mut motion = Motion::default();
     let mut says_velocity = false;
     for (direction, name) in MOVES {
-        let mut samples: Vec<Seen> = Vec::new();
+        let mut samples: Vec<HandleSample> = Vec::new();
         let step = Step::Move { direction, way_m };
         bench.until_done(&step, Vec3::zeros(), |seen| samples.push(seen))?;
         for pair in samples.windows(2) {
@@ -59,7 +59,7 @@ pub(super) fn test(
 }
 
 /// Time between two samples, s: by the device's clock, if it has one. Arrivals jitter.
-fn passed_s(before: &Seen, now: &Seen) -> f32 {
+fn passed_s(before: &HandleSample, now: &HandleSample) -> f32 {
     match (before.device_time_us, now.device_time_us) {
         (Some(before_us), Some(now_us)) => now_us.wrapping_sub(before_us) as f32 * 1.0e-6,
         _ => now.at_ns.saturating_sub(before.at_ns) as f32 * 1.0e-9,
@@ -67,8 +67,8 @@ fn passed_s(before: &Seen, now: &Seen) -> f32 {
 }
 
 /// Vector from the beginning of a move to its end, m.
-fn displacement(samples: &[Seen]) -> Vec3 {
-    let place = |some: &[Seen]| {
+fn displacement(samples: &[HandleSample]) -> Vec3 {
+    let place = |some: &[HandleSample]| {
         let sum: Vec3 = some.iter().map(|it| it.at_m).sum();
         sum / some.len().max(1) as f32
     };

@@ -109,14 +109,14 @@ pub struct AnswerReader {
 
 /// Bytes that are not an answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Broken;
+pub struct BadAnswer;
 
 impl AnswerReader {
     /// Takes one byte. Returns `Some(Ok)` with the angles of ports 1 and 2, degrees, when an answer
     /// is complete. Returns `Some(Err)` for a broken answer and for a byte outside of an answer.
-    pub fn push(&mut self, byte: u8) -> Option<Result<[f32; ARMS], Broken>> {
+    pub fn push(&mut self, byte: u8) -> Option<Result<[f32; ARMS], BadAnswer>> {
         if self.len == 0 && byte != ID {
-            return Some(Err(Broken));
+            return Some(Err(BadAnswer));
         }
         if let Some(slot) = self.bytes.get_mut(self.len) {
             *slot = byte;
@@ -133,7 +133,7 @@ impl AnswerReader {
             Some(Ok(angles_deg))
         } else {
             self.resynchronise(self.bytes);
-            Some(Err(Broken))
+            Some(Err(BadAnswer))
         }
     }
 
@@ -208,7 +208,7 @@ mod tests {
         for &byte in stream {
             match reader.push(byte) {
                 Some(Ok(angles)) => good.push(angles),
-                Some(Err(Broken)) => bad += 1,
+                Some(Err(BadAnswer)) => bad += 1,
                 None => {}
             }
         }

@@ -228,14 +228,14 @@ mod tests {
         // Half a second of darkness, and half a second of light, whose reads end within a sample.
         let level = |n: usize| if n < 24_000 { -8000i16 } else { 8000 };
         let bytes: Vec<u8> = (0..48_000).flat_map(|n| level(n).to_le_bytes()).collect();
-        struct Odd(std::io::Cursor<Vec<u8>>);
-        impl Read for Odd {
+        struct SplitReads(std::io::Cursor<Vec<u8>>);
+        impl Read for SplitReads {
             fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
                 let most = into.len().min(33);
                 self.0.read(&mut into[..most])
             }
         }
-        let edges = all(&Sensor::listen(Odd(std::io::Cursor::new(bytes)), 48_000).unwrap());
+        let edges = all(&Sensor::listen(SplitReads(std::io::Cursor::new(bytes)), 48_000).unwrap());
         let brights: Vec<bool> = edges.iter().map(|edge| edge.bright).collect();
         assert_eq!(brights, [true], "{edges:?}");
     }

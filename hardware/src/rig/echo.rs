@@ -16,7 +16,7 @@ const LONGEST_US: u32 = 1_000_000;
 
 /// A force that was sent, and the sample from which it came.
 #[derive(Debug, Clone, Copy)]
-struct Sent {
+struct SentForce {
     sequence: u16,
     device_time_us: u32,
     sample_at_ns: TimeNs,
@@ -25,7 +25,7 @@ struct Sent {
 /// Forces on their way, and the newest echo.
 #[derive(Debug)]
 pub(super) struct Echoes {
-    sent: [Option<Sent>; SENT],
+    sent: [Option<SentForce>; SENT],
     /// The sample of this poll: the device's clock and the arrival.
     fresh: Option<(u32, TimeNs)>,
     in_effect: Option<u16>,
@@ -83,7 +83,7 @@ impl Echoes {
     pub(super) fn sent(&mut self, sequence: u16) {
         let fresh = self.fresh.take();
         if let Some(slot) = self.sent.get_mut(usize::from(sequence) % SENT) {
-            *slot = fresh.map(|(device_time_us, sample_at_ns)| Sent {
+            *slot = fresh.map(|(device_time_us, sample_at_ns)| SentForce {
                 sequence,
                 device_time_us,
                 sample_at_ns,

@@ -186,9 +186,9 @@ mod tests {
     use std::sync::{Arc, Mutex};
 
     /// A device with a strong handle that remembers its last command.
-    struct Strong(Arc<Mutex<ForceCommand>>);
+    struct StrongDevice(Arc<Mutex<ForceCommand>>);
 
-    impl HapticDevice for Strong {
+    impl HapticDevice for StrongDevice {
         fn capabilities(&self) -> DeviceCapabilities {
             DeviceCapabilities {
                 opening: Opening {
@@ -214,7 +214,7 @@ mod tests {
     fn the_stations_force_limit_holds_for_the_opening_too() {
         let sent = Arc::new(Mutex::new(ForceCommand::default()));
         let mut device = Limited {
-            device: Box::new(Strong(Arc::clone(&sent))),
+            device: Box::new(StrongDevice(Arc::clone(&sent))),
             limits: Limits {
                 force_max_n: Some(1.0),
                 ..Limits::default()

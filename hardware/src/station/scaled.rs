@@ -111,9 +111,9 @@ mod tests {
     use std::sync::{Arc, Mutex};
 
     /// A device at one place that remembers its force.
-    struct Still(Arc<Mutex<Vec3>>);
+    struct RestingDevice(Arc<Mutex<Vec3>>);
 
-    impl HapticDevice for Still {
+    impl HapticDevice for RestingDevice {
         fn capabilities(&self) -> DeviceCapabilities {
             DeviceCapabilities {
                 workspace_radius_m: 0.1,
@@ -147,7 +147,7 @@ mod tests {
         #[test]
         fn scaling_keeps_the_work(scale in 0.2f32..5.0, force in [-3.0f32..3.0, -3.0..3.0, -3.0..3.0]) {
             let rendered = Arc::new(Mutex::new(Vec3::zeros()));
-            let mut device = Scaled { device: Box::new(Still(Arc::clone(&rendered))), scale };
+            let mut device = Scaled { device: Box::new(RestingDevice(Arc::clone(&rendered))), scale };
             let Polled::Fresh(sample) = device.poll(1) else { panic!("it has one") };
             let force_n = Vec3::from(force);
             device.send(ForceCommand { opening_n: 0.0, force_n, torque_nm: Vec3::zeros() }, 1);

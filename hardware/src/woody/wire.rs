@@ -190,7 +190,7 @@ pub struct ListReader {
 
 /// A list broke off or was too long, or a `]` came without its `[`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Broken;
+pub struct BadList;
 
 impl Default for ListReader {
     fn default() -> Self {
@@ -203,17 +203,17 @@ impl Default for ListReader {
 
 impl ListReader {
     /// Takes one byte. Returns `Some(Ok)` with the text between the brackets when they close.
-    pub fn push(&mut self, byte: u8) -> Option<Result<&[u8], Broken>> {
+    pub fn push(&mut self, byte: u8) -> Option<Result<&[u8], BadList>> {
         match (byte, self.len) {
             (b'[', before) => {
                 self.len = Some(0);
-                before.map(|_| Err(Broken))
+                before.map(|_| Err(BadList))
             }
             (b']', Some(len)) => {
                 self.len = None;
-                Some(self.bytes.get(..len).ok_or(Broken))
+                Some(self.bytes.get(..len).ok_or(BadList))
             }
-            (b']', None) => Some(Err(Broken)),
+            (b']', None) => Some(Err(BadList)),
             (_, None) => None,
             (_, Some(len)) => match self.bytes.get_mut(len) {
                 Some(slot) => {
@@ -223,7 +223,7 @@ impl ListReader {
                 }
                 None => {
                     self.len = None;
-                    Some(Err(Broken))
+                    Some(Err(BadList))
                 }
             },
         }

@@ -40,7 +40,7 @@ fn fails_in(mistake: Mistake, checks: &[&str], words: &str) {
     let mut options = moving();
     let mut reports = String::new();
     for _ in 0..TRIES {
-        let emulator = Emulator::mistaken(mistake);
+        let emulator = Emulator::with_mistake(mistake);
         let report = haptic(&emulator.lines.haptic, &mut options);
         assert!(!report.passed(), "{mistake:?}: {report}");
         let failed = report.names(CheckOutcome::Fail);
@@ -103,7 +103,7 @@ fn a_device_behind_a_bad_cable_fails() {
         lost: 0.002,
         ..Faults::default()
     };
-    let emulator = Emulator::with(LineFaults {
+    let emulator = Emulator::with_faults(LineFaults {
         haptic: bad,
         ..LineFaults::default()
     });
@@ -126,14 +126,14 @@ fn a_missing_device_gives_a_report_too() {
 
 #[test]
 fn the_emulated_woody_passes() {
-    let emulator = Emulator::of(HapticModel::Woody, LineFaults::default());
+    let emulator = Emulator::with_model(HapticModel::Woody, LineFaults::default());
     let report = once_good(|| woody(&emulator.lines.haptic, &mut shortly()));
     print!("{report}");
 }
 
 #[test]
 fn the_emulated_handle_that_opens_passes() {
-    let emulator = Emulator::of(HapticModel::HandleRig, LineFaults::default());
+    let emulator = Emulator::with_model(HapticModel::HandleRig, LineFaults::default());
     let report = once_good(|| hardware::conformance::haptic(&emulator.lines.haptic, &mut moving()));
     let said = &report.check("opening").expect("judged").detail;
     assert!(
@@ -146,7 +146,7 @@ fn the_emulated_handle_that_opens_passes() {
 fn the_emulated_hapi_passes() {
     // A board that a busy machine lost needs a power cycle, so take another one.
     let report = once_good(|| {
-        let emulator = Emulator::of(HapticModel::Hapi, LineFaults::default());
+        let emulator = Emulator::with_model(HapticModel::Hapi, LineFaults::default());
         hapi(&emulator.lines.haptic, Pantograph::GEN3, &mut shortly())
     });
     print!("{report}");
@@ -293,7 +293,7 @@ fn a_latency_timer_is_named_with_its_length() {
     };
     let start = Instant::now();
     loop {
-        let emulator = Emulator::with(LineFaults {
+        let emulator = Emulator::with_faults(LineFaults {
             haptic: batches,
             ..LineFaults::default()
         });

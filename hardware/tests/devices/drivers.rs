@@ -60,15 +60,15 @@ fn the_haptic_device_answers_streams_and_follows_its_script() {
 fn a_force_pushes_the_hand_back() {
     let emulator = Emulator::start();
     pushes_back(|| RigHaptic::open(&emulator.lines.haptic));
-    let emulator = Emulator::of(HapticModel::Woody, LineFaults::default());
+    let emulator = Emulator::with_model(HapticModel::Woody, LineFaults::default());
     pushes_back(|| WoodyHaptic::open(&emulator.lines.haptic));
-    let emulator = Emulator::of(HapticModel::Hapi, LineFaults::default());
+    let emulator = Emulator::with_model(HapticModel::Hapi, LineFaults::default());
     pushes_back(|| HapiHaptic::open(&emulator.lines.haptic, Pantograph::GEN3));
 }
 
 #[test]
 fn the_emulated_woody_answers_wrong_commands_as_the_firmware_does() {
-    let emulator = Emulator::of(HapticModel::Woody, LineFaults::default());
+    let emulator = Emulator::with_model(HapticModel::Woody, LineFaults::default());
     let path = &emulator.lines.haptic;
     let mut line = File::options().read(true).write(true).open(path).unwrap();
     let mut answers = BufReader::new(line.try_clone().unwrap());
@@ -221,7 +221,7 @@ fn an_unplugged_line_is_lost_and_a_new_driver_finds_it_again() {
         back_after_s: Some(0.3),
         ..Faults::default()
     };
-    let emulator = Emulator::with(LineFaults {
+    let emulator = Emulator::with_faults(LineFaults {
         haptic: hang_up,
         ..LineFaults::default()
     });
@@ -330,7 +330,7 @@ fn a_noisy_line_still_gives_good_samples_and_counts_the_bad_ones() {
         babble: 0.05,
         ..Faults::default()
     };
-    let emulator = Emulator::with(LineFaults {
+    let emulator = Emulator::with_faults(LineFaults {
         haptic: noisy,
         // A bird's answers have no checksum, so its line must be silent between them.
         tracker: Faults {
@@ -375,7 +375,7 @@ fn a_stuck_line_gives_no_new_sample() {
         stuck_from_s: Some(0.5),
         ..Faults::default()
     };
-    let emulator = Emulator::with(LineFaults {
+    let emulator = Emulator::with_faults(LineFaults {
         haptic: stuck,
         ..LineFaults::default()
     });
@@ -399,7 +399,7 @@ fn a_pedal_that_falls_silent_reads_as_released() {
         stuck_from_s: Some(3.9),
         ..Faults::default()
     };
-    let emulator = Emulator::with(LineFaults {
+    let emulator = Emulator::with_faults(LineFaults {
         pedal: stuck,
         ..LineFaults::default()
     });

@@ -141,7 +141,7 @@ fn under_every_fault<D: HapticDevice>(
         torque_nm: Vec3::zeros(),
     };
     for (name, faults) in faults() {
-        let emulator = Emulator::of(
+        let emulator = Emulator::with_model(
             model,
             LineFaults {
                 haptic: faults,
@@ -207,7 +207,7 @@ fn the_rig_survives_damage_on_the_way_to_the_device() {
         corrupted_to_device: 0.02,
         ..Faults::default()
     };
-    let emulator = Emulator::with(LineFaults {
+    let emulator = Emulator::with_faults(LineFaults {
         haptic: faults,
         ..LineFaults::default()
     });
@@ -247,7 +247,7 @@ fn hapi() {
 #[test]
 fn the_tracker() {
     for (name, faults) in faults() {
-        let emulator = Emulator::with(LineFaults {
+        let emulator = Emulator::with_faults(LineFaults {
             tracker: faults,
             ..LineFaults::default()
         });
@@ -280,7 +280,7 @@ fn the_tracker() {
 #[test]
 fn the_pedal() {
     for (name, faults) in faults() {
-        let emulator = Emulator::with(LineFaults {
+        let emulator = Emulator::with_faults(LineFaults {
             pedal: faults,
             ..LineFaults::default()
         });
@@ -313,7 +313,7 @@ fn the_wrong_device_is_refused_and_gets_no_force() {
     std::thread::scope(|scope| {
         for model in models {
             scope.spawn(move || {
-                let emulator = Emulator::of(model, LineFaults::default());
+                let emulator = Emulator::with_model(model, LineFaults::default());
                 let line = &emulator.lines.haptic;
                 if model != HapticModel::TouchRig {
                     assert!(RigHaptic::open(line).is_err(), "{model:?}");

@@ -77,7 +77,7 @@ fn polls_and_sends_do_not_allocate_even_on_a_noisy_line_that_is_unplugged() {
         babble: 0.1,
         ..hang_up
     };
-    let emulator = Emulator::with(LineFaults {
+    let emulator = Emulator::with_faults(LineFaults {
         haptic: noisy,
         tracker: hang_up,
         pedal: noisy,
@@ -156,7 +156,7 @@ fn on_a_noisy_line<D: HapticDevice>(
     };
     let start = Instant::now();
     loop {
-        let emulator = Emulator::of(model, noisy);
+        let emulator = Emulator::with_model(model, noisy);
         let device = open(&emulator.lines.haptic).ok();
         if device.is_some_and(|mut device| until_lost(&mut device, |_| {}) > 10) {
             return;

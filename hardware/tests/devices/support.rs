@@ -18,7 +18,7 @@ use tempfile::TempDir;
 
 /// State seen inside the devices.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Seen {
+pub(crate) struct DeviceStates {
     pub(crate) time_s: f32,
     /// Force commanded to the motors now, N.
     pub(crate) force_n: f32,
@@ -34,29 +34,29 @@ pub(crate) struct Emulator {
     config: EmulateConfig,
     directory: Option<TempDir>,
     stop: Arc<AtomicBool>,
-    inside: Arc<Mutex<Seen>>,
+    inside: Arc<Mutex<DeviceStates>>,
     thread: Option<JoinHandle<Result<(), HardwareError>>>,
 }
 
 impl Emulator {
     pub(crate) fn start() -> Self {
-        Self::with(LineFaults::default())
+        Self::with_faults(LineFaults::default())
     }
 
-    pub(crate) fn with(faults: LineFaults) -> Self {
-        Self::of(HapticModel::default(), faults)
+    pub(crate) fn with_faults(faults: LineFaults) -> Self {
+        Self::with_model(HapticModel::default(), faults)
     }
 
     /// An emulated rig whose firmware has a mistake.
-    pub(crate) fn mistaken(mistake: Mistake) -> Self {
-        Self::made(HapticModel::default(), Some(mistake), LineFaults::default())
+    pub(crate) fn with_mistake(mistake: Mistake) -> Self {
+        Self::start_with(HapticModel::default(), Some(mistake), LineFaults::default())
     }
 
-    pub(crate) fn of(haptic: HapticModel, faults: LineFaults) -> Self {
-        Self::made(haptic, None, faults)
+    pub(crate) fn with_model(haptic: HapticModel, faults: LineFaults) -> Self {
+        Self::start_with(haptic, None, faults)
     }
 
-    fn made(haptic: HapticModel, mistake: Option<Mistake>, faults: LineFaults) -> Self {
+    fn start_with(haptic: HapticModel, mistake: Option<Mistake>, faults: LineFaults) -> Self {
         let directory = tempfile::tempdir().expect("a directory");
         let config = EmulateConfig {
             directory: directory.path().join("devices"),
@@ -69,7 +69,7 @@ impl Emulator {
         };
         let stop = Arc::new(AtomicBool::new(false));
         let (sender, receiver) = mpsc::channel();
-        let inside = Arc::new(Mutex::new(Seen::default()));
+        let inside = Arc::new(Mutex::new(DeviceStates::default()));
         let thread = std::thread::spawn({
             let (config, stop, inside) = (config.clone(), Arc::clone(&stop), Arc::clone(&inside));
             move || {
@@ -79,7 +79,7 @@ impl Emulator {
                 run_watched(&config, &stop, &mut ready, &mut |now| {
                     let mut seen = inside.lock().unwrap_or_else(PoisonError::into_inner);
                     let force_n = now.force_n.norm();
-                    *seen = Seen {
+                    *seen = DeviceStates {
                         time_s: now.time_s,
                         force_n,
                         strongest_n: seen.strongest_n.max(force_n),
@@ -100,7 +100,7 @@ impl Emulator {
     }
 
     /// State inside the devices so far.
-    pub(crate) fn seen(&self) -> Seen {
+    pub(crate) fn seen(&self) -> DeviceStates {
         *self.inside.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
