@@ -1,4 +1,4 @@
-//! A soft spring that holds the handle where an experiment takes place. Its integral finds the
+//! A soft spring that holds the handle at the place of an experiment. Its integral term finds the
 //! force that carries the handle's weight.
 
 use super::bench::{Bench, HandleState, Vector};
@@ -92,8 +92,8 @@ impl Hold {
         Ok(())
     }
 
-    /// Carries the handle to `goal_m` and waits until it is still. Afterwards the spring is slack,
-    /// and [`Hold::carries_n`] alone holds the handle. Along each axis this force comes from
+    /// Carries the handle to `goal_m` and waits until it is still. Afterwards the spring has no
+    /// force, and [`Hold::carries_n`] alone holds the handle. Along each axis this force comes from
     /// break-away if that is known, otherwise from the integral.
     pub(super) fn settle(&mut self, bench: &mut Bench<'_>, goal_m: Vector) -> Result<(), Halt> {
         let mut now = bench.now();

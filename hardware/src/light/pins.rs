@@ -111,7 +111,7 @@ impl<P: PinReader> LightInput for PinLight<P> {
 mod tests {
     use super::*;
 
-    /// A port with one pin whose states are played.
+    /// A port with one pin whose states come from a list.
     struct ScriptedPin(Pin, std::vec::IntoIter<bool>);
 
     impl PinReader for ScriptedPin {

@@ -22,7 +22,7 @@ struct SentForce {
     sample_at_ns: TimeNs,
 }
 
-/// Forces on their way, and the newest echo.
+/// Forces that were sent and not yet confirmed, and the newest echo.
 #[derive(Debug)]
 pub(super) struct Echoes {
     sent: [Option<SentForce>; SENT],

@@ -1,5 +1,5 @@
-//! Tests with a hAPI board that the test plays: the torques of its motors when hosts come, go and
-//! are cut off.
+//! Tests with an emulated hAPI board: the torques of its motors when hosts come, go and are cut
+//! off.
 
 use std::fs::File;
 use std::io::{Read, Write};

@@ -17,7 +17,7 @@ use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 
 use crate::support::{PATIENCE, now_ns, poll_for};
 
-/// The device's end of a line, played by the test.
+/// The device's end of a line, which the test operates.
 struct EmulatedRig {
     line: File,
     device: Device,
@@ -32,7 +32,7 @@ pub(crate) fn pty() -> (PathBuf, OwnedFd) {
     (PathBuf::from(name.to_str().expect("ASCII")), master)
 }
 
-/// Opens a driver on a device that the test plays.
+/// Opens a driver on a rig that the test emulates.
 fn open_emulated() -> (RigHaptic, EmulatedRig) {
     let (path, master) = pty();
     let thread = std::thread::spawn(move || {

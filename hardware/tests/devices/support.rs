@@ -16,7 +16,7 @@ use nalgebra::{Translation3, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
 use tempfile::TempDir;
 
-/// State seen inside the devices.
+/// State of the emulated devices.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct DeviceStates {
     pub(crate) time_s: f32,

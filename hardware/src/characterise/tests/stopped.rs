@@ -11,7 +11,7 @@ use crate::emulate::{Body, HapticModel, SimulatedBody};
 
 const TOUCH: HapticModel = HapticModel::TouchRig;
 
-/// A way to spoil a measurement.
+/// A disturbance of a measurement.
 struct Disturbance {
     of: SimulatedBody,
     hand: HandLaw,
