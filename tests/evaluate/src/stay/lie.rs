@@ -1,4 +1,4 @@
-//! Where the spheres of a scene lie, and what has changed since they lay at rest.
+//! Places of the spheres of a scene, and their changes since an earlier state at rest.
 
 use glam::{Mat3, Vec3};
 use shared_mem::message::{SphereState, StateFrame};
@@ -13,11 +13,11 @@ pub(super) struct Lie<'a> {
     is_removed: Vec<bool>,
 }
 
-/// Something that is worse than the aim allows, by how much, and whose.
+/// Largest value of a fault, and the organs that it concerns.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Worst {
     pub(super) value: f32,
-    /// The organ, and for two organs the other one.
+    /// The organ twice, or both organs.
     pub(super) organs: [usize; 2],
 }
 
@@ -60,7 +60,7 @@ impl<'a> Lie<'a> {
         worst
     }
 
-    /// Largest growth of an attachment since `before`, m. An attachment that tore counts too.
+    /// Largest growth of an attachment's length since `before`, m. A torn attachment counts, too.
     pub(super) fn loosened_m(&self, before: &Self) -> Worst {
         let mut worst = Worst::default();
         for it in self.scene.attachments() {
@@ -83,9 +83,9 @@ impl<'a> Lie<'a> {
         self.places_m[it.a as usize].distance(end_m)
     }
 
-    /// Largest depth of a sphere in another organ, m. An overlap of two spheres counts as far as it
-    /// has grown since `before`. A sphere whose centre has come into a tetrahedron lies at least as
-    /// deep as the thinnest sphere at a corner is thick.
+    /// Largest depth of a sphere in another organ, m. For two overlapping spheres, this is the
+    /// growth of the overlap since `before`. For a sphere whose centre has entered a tetrahedron
+    /// since, it is at least the smallest radius of the spheres at the corners.
     pub(super) fn inside_m(&self, before: &Self) -> Worst {
         let mut worst = Worst::default();
         let count = self.places_m.len();
@@ -94,9 +94,8 @@ impl<'a> Lie<'a> {
             for b in a + 1..count {
                 if self.are_apart(a, b) {
                     let both_m = radius_m(a) + radius_m(b);
-                    let overlap_m = |lie: &Self| {
-                        (both_m - lie.places_m[a].distance(lie.places_m[b])).max(0.0)
-                    };
+                    let overlap_m =
+                        |lie: &Self| (both_m - lie.places_m[a].distance(lie.places_m[b])).max(0.0);
                     let grown_m = overlap_m(self) - overlap_m(before);
                     worst.add(grown_m, [self.organ[a], self.organ[b]]);
                 }
@@ -127,7 +126,8 @@ impl<'a> Lie<'a> {
 /// A tetrahedron of tissue.
 struct Hull {
     corner_m: Vec3,
-    /// Shares of the three edges from that corner, by place; `None` if it is flat.
+    /// Converts a vector from that corner into its shares of the three edges; `None` if the
+    /// tetrahedron is flat.
     shares: Option<Mat3>,
 }
 

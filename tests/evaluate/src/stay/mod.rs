@@ -1,6 +1,6 @@
-//! Organs that stay where they belong: a seeded hand presses, pulls and sweeps at random places of
-//! every organ. Two seconds after it has left, everything must rest, lie outside its neighbours and
-//! hang where it hung.
+//! Tests whether organs stay in their places. A pseudo-random hand presses, pulls and sweeps at
+//! random places of every organ. Two seconds after it has left the tissue, every organ must be at
+//! rest, outside its neighbours and attached as before.
 
 mod lie;
 mod trial;
@@ -21,7 +21,7 @@ const STILL_M_S: f32 = 1e-4;
 const INSIDE_M: f32 = 0.002;
 /// Largest growth of an attachment that did not tear, m.
 const LOOSE_M: f32 = 0.002;
-/// Places of each organ at which each work is done.
+/// Number of places of each organ at which each kind of work is done.
 const PLACES: u64 = 5;
 
 /// A line of `stay.csv`.
@@ -30,13 +30,14 @@ pub(crate) struct Row {
     organ: String,
     work: Work,
     seed: u64,
-    /// Names of the organs that lie worst: inside, loose, moved.
+    /// Names of the organs with the largest depth in another organ, growth of an attachment and
+    /// displacement.
     names: [String; 3],
     found: Found,
 }
 
 impl Row {
-    /// True if the aim is met. What was cut or torn may hang anywhere.
+    /// True if the aim is met. Cut or torn tissue may hang anywhere.
     fn stays(&self) -> bool {
         let it = &self.found;
         it.speed_m_s <= STILL_M_S

@@ -1,4 +1,4 @@
-//! A hand that works at one place of an organ, and where everything lies afterwards.
+//! A hand that works at one place of an organ, and the state of all organs afterwards.
 
 use std::cell::RefCell;
 
@@ -13,7 +13,7 @@ use crate::seeded_hand::{Manner, Place, Seeded, SeededHand, place};
 
 /// Ticks from loading to the first work.
 const LOAD_TICKS: u64 = 2000;
-/// Time after a hand has left in which everything must rest, ticks.
+/// Time after the hand has left within which all tissue must come to rest, ticks.
 const REST_TICKS: u64 = 2000;
 /// Ticks at the end of the rest in which speeds are measured.
 const LOOK_TICKS: u64 = 100;
@@ -80,7 +80,7 @@ impl Work {
     }
 }
 
-/// Where everything lies 2 s after the hand has left.
+/// State of all organs 2 s after the hand has left.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Found {
     /// Largest speed of a sphere, m/s.
@@ -89,17 +89,17 @@ pub(super) struct Found {
     pub(super) inside_m: Worst,
     /// Largest growth of an attachment, m.
     pub(super) loose_m: Worst,
-    /// Largest distance of a sphere from where it lay, m.
+    /// Largest distance of a sphere from its place before the work, m.
     pub(super) moved_m: Worst,
     /// True if tissue was cut, torn or removed.
     pub(super) is_torn: bool,
-    /// True if the product itself told that an organ left its place.
+    /// True if the product itself reported that an organ left its place.
     pub(super) is_told: bool,
     /// True if the jaws held tissue.
     pub(super) is_held: bool,
 }
 
-/// Speeds from the places in frames, and what events tell.
+/// Collects speeds from the places in frames, and the reports of events.
 #[derive(Default)]
 struct Watch {
     before_m: Vec<[f32; 3]>,
@@ -179,7 +179,9 @@ fn worked(
     let newest = RefCell::new(bytemuck::zeroed_box::<StateFrame>());
     let mut see = |rehearsal: &mut Rehearsal<'_>| {
         watch.borrow_mut().see(rehearsal);
-        newest.borrow_mut().clone_from(&Box::new(*rehearsal.state()));
+        newest
+            .borrow_mut()
+            .clone_from(&Box::new(*rehearsal.state()));
     };
     let mut hand = SeededHand::new(rehearsal, manner, LOOK_EVERY, &mut see);
     hand.wait(LOAD_TICKS);

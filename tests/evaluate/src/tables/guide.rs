@@ -1,9 +1,10 @@
-//! The table of the guide for latency testers, and that of samples that wait for the tick.
+//! Makes the table of the guide for latency testers, and the table of samples that wait for the
+//! tick.
 
 use super::Table;
 use crate::csv::{Csv, Row};
 
-/// Figures with and without an option of `calot jitter`, from `cargo xtask jitter guide`.
+/// Measurements with and without an option of `calot jitter`, from `cargo xtask jitter guide`.
 pub(super) fn options(csv: &Csv) -> Table {
     let mut table = Table::new(&[
         "figure",
