@@ -112,8 +112,8 @@ enum Command {
     /// Lays tissue to rest: sweeps of material, spheres, hold, gravity and form, and the speed that
     /// is left after 5 s.
     Rest(Asked),
-    /// Presses, pulls and sweeps at every organ, and finds what left its place, lies in another organ
-    /// or still moves 2 s later.
+    /// Presses, pulls and sweeps at every organ. Finds what left its place, lies in another organ or
+    /// still moves 2 s later.
     Stay(Asked),
     /// Measures recorded hands of surgeons and novices with the metrics of sessions. Finds which
     /// metrics tell the two apart, at which rates and with which noise.
