@@ -143,6 +143,11 @@ impl<'a, 'b> SeededHand<'a, 'b> {
         self.rehearsal.ticks()
     }
 
+    /// Tip of the instrument, m.
+    pub(crate) fn tip_m(&self) -> Vec3 {
+        tip_m(self.rehearsal.tools())
+    }
+
     fn tick(&mut self, command: Option<CommandMsg>) {
         self.rehearsal.tick(&self.asked, command);
         if self.rehearsal.ticks().is_multiple_of(self.look_every) {
@@ -175,6 +180,13 @@ impl<'a, 'b> SeededHand<'a, 'b> {
             let moved = picture.inverse() * (self.at_m - from_m);
             self.asked.moved_m = moved.to_array().map(f64::from);
             self.tick(None);
+        }
+    }
+
+    /// Moves the tip back to where it was before the first movement.
+    pub(crate) fn leave(&mut self) {
+        if let Some(from_m) = self.from_m {
+            self.go(from_m);
         }
     }
 

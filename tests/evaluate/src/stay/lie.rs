@@ -1,4 +1,4 @@
-//! Places of the spheres of a scene, and their changes since an earlier state at rest.
+//! Places of the spheres of a scene, and what has changed since they were at rest.
 
 use glam::{Mat3, Vec3};
 use shared_mem::message::{SphereState, StateFrame};
@@ -13,11 +13,11 @@ pub(super) struct Lie<'a> {
     is_removed: Vec<bool>,
 }
 
-/// Largest value of a fault, and the organs that it concerns.
+/// Something that is worse than the aim allows, by how much, and whose.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Worst {
     pub(super) value: f32,
-    /// The organ twice, or both organs.
+    /// The organ, and for two organs the other one.
     pub(super) organs: [usize; 2],
 }
 
@@ -60,7 +60,7 @@ impl<'a> Lie<'a> {
         worst
     }
 
-    /// Largest growth of an attachment's length since `before`, m. A torn attachment counts, too.
+    /// Largest growth of an attachment since `before`, m. An attachment that tore counts too.
     pub(super) fn loosened_m(&self, before: &Self) -> Worst {
         let mut worst = Worst::default();
         for it in self.scene.attachments() {
@@ -83,9 +83,9 @@ impl<'a> Lie<'a> {
         self.places_m[it.a as usize].distance(end_m)
     }
 
-    /// Largest depth of a sphere in another organ, m. For two overlapping spheres, this is the
-    /// growth of the overlap since `before`. For a sphere whose centre has entered a tetrahedron
-    /// since, it is at least the smallest radius of the spheres at the corners.
+    /// Largest depth of a sphere in another organ, m. An overlap of two spheres counts as far as it
+    /// has grown since `before`. A sphere whose centre has come into a tetrahedron lies at least as
+    /// deep as the thinnest sphere at a corner is thick.
     pub(super) fn inside_m(&self, before: &Self) -> Worst {
         let mut worst = Worst::default();
         let count = self.places_m.len();
@@ -126,8 +126,7 @@ impl<'a> Lie<'a> {
 /// A tetrahedron of tissue.
 struct Hull {
     corner_m: Vec3,
-    /// Converts a vector from that corner into its shares of the three edges; `None` if the
-    /// tetrahedron is flat.
+    /// Shares of the three edges from that corner, by place; `None` if it is flat.
     shares: Option<Mat3>,
 }
 
