@@ -14,7 +14,7 @@ const WAITING_MAX: usize = 64;
 /// Largest distance of a told time from the present for it to be one of this computer's clock, ns.
 const CLOCK_NS: u64 = 60_000_000_000;
 
-/// How a picture came to the screen.
+/// Way of a picture to the screen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Way {
     /// The screen shows the picture's own memory.
@@ -30,7 +30,7 @@ pub enum Way {
 pub struct Presented {
     /// Time, `CLOCK_MONOTONIC`, ns.
     pub at_ns: u64,
-    /// How it came.
+    /// Its way.
     pub way: Way,
 }
 
@@ -117,7 +117,7 @@ impl Presentation {
         }
     }
 
-    /// The same for documents.
+    /// Summary for documents.
     #[must_use]
     pub fn summary(&self) -> PresentationSummary {
         let missing = self.missing();

@@ -1,8 +1,8 @@
-//! How pictures came to the screen, in documents.
+//! Way of pictures to the screen, in documents.
 
 use serde::Serialize;
 
-/// How the window's pictures came to the screen.
+/// Way of the window's pictures to the screen.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct PresentationSummary {
     /// `x11_present`; `None` if nothing told when pictures were presented.
@@ -18,7 +18,7 @@ pub struct PresentationSummary {
 }
 
 impl PresentationSummary {
-    /// The same in words.
+    /// Sentence without a full stop.
     #[must_use]
     pub fn said(&self) -> String {
         match &self.missing {

@@ -52,7 +52,7 @@ pub struct Summary {
     pub motion_to_picture_ns: Quantiles,
     /// Time from device sample to the picture's presentation by the window system.
     pub motion_to_presentation_ns: Quantiles,
-    /// How the window's pictures came to the screen.
+    /// Way of the window's pictures to the screen.
     pub presentation: PresentationSummary,
     /// Force on the hand in the published tool states (every fourth tick).
     pub force_n: Range,

@@ -239,7 +239,7 @@ impl Session {
         }
     }
 
-    /// Counts a picture that was handed over. `refused`: reason for which nothing more is told of it.
+    /// Counts a picture that was handed over. `refused`: reason for which nothing is told of it.
     pub(super) fn note_handed(&mut self, refused: Option<&Missing>) {
         self.presentation.handed += 1;
         if self.presentation.refused.as_ref() != refused {

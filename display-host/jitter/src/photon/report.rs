@@ -67,7 +67,7 @@ pub struct Screen {
     pub adapter: String,
     /// From the handing over of the picture to its presentation by the window system.
     pub presentation_ms: Option<Spread>,
-    /// How pictures came to the screen, or why nothing told it.
+    /// Way of the pictures to the screen, or the reason for which nothing told it.
     pub presentation: PresentationSummary,
 }
 

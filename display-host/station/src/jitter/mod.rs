@@ -241,11 +241,9 @@ fn rounds(
              to the device's samples"
         ));
     }
-    let mut tally = Tally {
-        settle_ns: (settle_s * 1e9) as u64,
-        ..Tally::default()
-    };
+    let mut tally = Tally::default();
     let work = folder.path().join("work");
+    tally.settle_ns = (settle_s * 1e9) as u64;
     let mut programs: Vec<Option<Baseline>> = vec![None];
     programs.extend(args.compare.iter().copied().map(Some));
     for round in 0..count {
