@@ -123,7 +123,7 @@ fn times(page: &mut Page, s: &Summary) {
     );
     page.add(format_args!(
         "</table><p class=\"lead\">Motion to picture ends when the picture is handed to the screen, motion \
-         to presentation when the window system presents it. {}. The time until the screen lights up is in \
+         to presentation when the window system presents it ({}). The time until the screen lights up is in \
          neither: <code>calot photon</code> measures it.</p>",
         escape(&s.presentation.said())
     ));
