@@ -7,6 +7,7 @@ mod free_view;
 mod operate;
 mod page;
 mod pending;
+mod presented;
 mod refusal;
 mod screen;
 mod server;

@@ -19,12 +19,14 @@ use super::frames::{Frames, rate};
 use super::free_view::FreeCamera;
 use super::operate::{Lead, Operate};
 use super::pending::Pending;
+use super::presented::Handed;
 use crate::effects::Causes;
 use crate::feed::Feed;
 use crate::headless::{Ended, Observed, RunOutcome, zeroed_state};
 use crate::kept::Watch;
 use crate::latency::FrameRecord;
 use crate::patch::{Lit, Patch};
+use crate::presentation::{Missing, Presentation, Presented};
 use crate::render::camera::Scope;
 use crate::sound::Sound;
 use crate::sound::synth::Heard;
@@ -62,6 +64,7 @@ pub(super) struct Session {
     replay: Option<Arc<Mutex<ReplayView>>>,
     recording: Option<Arc<Mutex<RecordingView>>>,
     patch: Option<Arc<Patch>>,
+    presentation: Presentation,
     /// Pictures of the critical view that are to be kept.
     kept: Option<Watch>,
     /// The free view, if active.
@@ -124,6 +127,7 @@ impl Session {
             replay: None,
             recording: None,
             patch: None,
+            presentation: Presentation::default(),
             kept: None,
             free: None,
             alarmed: None,
@@ -235,6 +239,22 @@ impl Session {
         }
     }
 
+    /// Counts a picture that was handed over. `refused`: reason for which nothing is told of it.
+    pub(super) fn note_handed(&mut self, refused: Option<&Missing>) {
+        self.presentation.handed += 1;
+        if self.presentation.refused.as_ref() != refused {
+            self.presentation.refused = refused.cloned();
+        }
+    }
+
+    /// Takes the end of a picture's way to the screen.
+    pub(super) fn note_presented(&mut self, handed: &Handed, presented: Presented) {
+        self.presentation.note(handed.frame.as_ref(), presented);
+        if let Some((patch, lit)) = self.patch.as_ref().zip(handed.lit) {
+            patch.presented(lit, handed.handed_ns, presented);
+        }
+    }
+
     /// Warns at once and in the summary.
     pub(super) fn warn(&mut self, warning: String, observer: &mut dyn FnMut(Observed<'_>)) {
         observer(Observed::Warning(&warning));
@@ -271,6 +291,7 @@ impl Session {
             software_adapter,
             frames,
             pictures_per_second,
+            presentation: self.presentation,
             counters: self.feed.counters(),
             ended,
             warnings: self.warnings.into_iter().chain(slow).collect(),

@@ -13,6 +13,7 @@ pub(super) fn options(csv: &Csv) -> Table {
         "÷ without",
         "`--follow-device`",
         "÷ without",
+        "small scene, `--follow-device`",
     ]);
     for r in csv.rows() {
         let value = |column: &str| format!("{:.1}", r.number(column));
@@ -24,6 +25,7 @@ pub(super) fn options(csv: &Csv) -> Table {
             ratio("why_ratio"),
             value("follow"),
             ratio("follow_ratio"),
+            value("small"),
         ]);
     }
     table
