@@ -88,6 +88,7 @@ pub(crate) fn run(args: &ObserveArgs) -> Result<ExitCode, Problem> {
         task: None,
         pictures: None,
         instructor: true,
+        acts: None,
         replay: None,
         recording: None,
         patch: None,

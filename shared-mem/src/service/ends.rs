@@ -1,7 +1,6 @@
 //! Ends of a station. Each type opens the services that a process needs for one purpose.
 
 use core::time::Duration;
-use std::time::Instant;
 
 use iceoryx2::active_request::ActiveRequest;
 use iceoryx2::port::client::Client;
@@ -11,6 +10,7 @@ use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::update_connections::UpdateConnections as _;
 use iceoryx2::prelude::{ZeroCopySend, ipc};
 
+use super::command::command_through;
 use super::join::{Member, Need};
 use super::{EVENTS, INPUTS, NEWEST, ServiceError, Station, TIMING};
 use crate::inputs::InputBatch;
@@ -381,33 +381,7 @@ impl Host {
         command: CommandMsg,
         patience: Duration,
     ) -> Result<ReplyMsg, ServiceError> {
-        let start = Instant::now();
-        while start.elapsed() < patience {
-            // The command is sent again while no controller is connected, so that a controller that
-            // starts meanwhile gets it.
-            let pending = self
-                .commands
-                .send_copy(command)
-                .map_err(|error| self.station.transport("sending a command", &error))?;
-            let connected = pending.number_of_server_connections() > 0;
-            loop {
-                // `over` is computed before the reply is read: a controller that replies and then
-                // disconnects must not end the loop with its reply unread.
-                let over = !connected || !pending.is_connected() || start.elapsed() >= patience;
-                if let Ok(Some(reply)) = pending.receive() {
-                    return Ok(*reply.payload());
-                }
-                std::thread::sleep(Duration::from_millis(2));
-                if over {
-                    break;
-                }
-            }
-        }
-        let waited_ms = start.elapsed().as_millis();
-        Err(ServiceError::NoAnswer {
-            station: self.station.name.clone(),
-            waited_ms,
-        })
+        command_through(&self.commands, &self.station, command, patience)
     }
 
     /// Removes what processes that died left in iceoryx2.

@@ -85,7 +85,7 @@ impl Sim<'_> {
 
     /// For a duct or vessel that is attached to the gallbladder: true if its first sphere is at the
     /// other end. `None` for other organs.
-    fn leaves_bag(&self, organ: u8, it: &Organ) -> Option<bool> {
+    pub(super) fn leaves_bag(&self, organ: u8, it: &Organ) -> Option<bool> {
         if !it.is_tube() || !matches!(it.inside, Inside::Blood | Inside::Bile) {
             return None;
         }
@@ -110,7 +110,13 @@ impl Sim<'_> {
 
     /// Step (link) at this share of the length of a tube whose spheres are numbered along it. The
     /// share counts from the first sphere if `is_from_low`, else from the last.
-    fn step_at(&self, organ: u8, it: &Organ, share: f32, is_from_low: bool) -> Option<Step> {
+    pub(super) fn step_at(
+        &self,
+        organ: u8,
+        it: &Organ,
+        share: f32,
+        is_from_low: bool,
+    ) -> Option<Step> {
         // Counts from both ends alike, because preparation may number the spheres from either end.
         let last = it.sphere_count.saturating_sub(2);
         let from_end = ((share * (last + 1) as f32) as u32).min(last);

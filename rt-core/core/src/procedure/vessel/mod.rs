@@ -114,6 +114,11 @@ impl Vessels {
         self.note_change();
     }
 
+    /// Pressure at this sphere, as a share of the full pressure.
+    pub(crate) fn pressure(&self, sphere: u32) -> f32 {
+        *self.pressure.at(sphere)
+    }
+
     /// Advances a tick: spreads pressure, reports leaks, shortens divided tubes.
     pub(crate) fn flow(
         &mut self,
