@@ -68,7 +68,7 @@ pub struct UiState {
     pub task: String,
     /// State of the task, if there is one.
     pub task_view: Option<TaskView>,
-    /// True for an instructor's display, which cannot control the station.
+    /// True for an instructor's display, which does not command the controller.
     pub instructor: bool,
     /// State of the task, for an instructor.
     pub bulletin: Option<Bulletin>,
