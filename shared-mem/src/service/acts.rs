@@ -110,3 +110,49 @@ impl ActSender {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::words::ActKind;
+
+    #[test]
+    fn an_act_is_answered_by_the_only_desk_and_not_without_one() {
+        let name = format!("u{}-acts", std::process::id());
+        let station = Station::new(&name).expect("a name");
+        let act = ActMsg::of(ActKind::Fog);
+        let sender = ActSender::open(&station).expect("a sender");
+        let said = sender
+            .ask(act, Duration::from_millis(50))
+            .expect_err("nobody");
+        assert!(
+            said.to_string().contains("nobody answered within"),
+            "{said}"
+        );
+        let (ready, is_ready) = std::sync::mpsc::channel();
+        let desk = std::thread::spawn({
+            let station = station.clone();
+            move || {
+                let desk = ActDesk::open(&station).expect("a desk");
+                let second = ActDesk::open(&station).expect_err("a second desk");
+                ready.send(second.to_string()).expect("the test waits");
+                loop {
+                    if let Some(request) = desk.next_request() {
+                        let act = request.act();
+                        request.reply(ActReply::EXAM);
+                        return act;
+                    }
+                    std::thread::sleep(Duration::from_millis(1));
+                }
+            }
+        });
+        let second = is_ready.recv().expect("a desk");
+        assert!(
+            second.contains("answers its instructors; end it first"),
+            "{second}"
+        );
+        let patience = Duration::from_secs(20);
+        assert_eq!(sender.ask(act, patience).ok(), Some(ActReply::EXAM));
+        assert_eq!(desk.join().ok(), Some(act));
+    }
+}

@@ -19,7 +19,7 @@ fn station(task: &str, difficulty: &str, out: &std::path::Path) -> (Program, Act
     let mut command = calot();
     command
         .args(["run", "--headless", "--frames", "0", "--seconds", "600"])
-        .args(["--scene", &compiled("triangle", Some(400)), "--task", task])
+        .args(["--scene", &compiled("triangle", None), "--task", task])
         .args(["--difficulty", difficulty, "--station", &name, "--out"])
         .arg(out);
     let program = Program::start(&mut command);

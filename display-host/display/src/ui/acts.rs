@@ -1,4 +1,4 @@
-//! What instructors do at the station, as its display shows it.
+//! Acts of instructors, as the station's display shows them.
 
 use shared_mem::message::ActMsg;
 use shared_mem::words::ActKind;

@@ -185,7 +185,7 @@ struct Player<'a> {
     view: &'a Mutex<ReplayView>,
     /// Acts of instructors in the session, with their times, s, once known.
     acts_of_session: &'a Mutex<Vec<(f64, ActMsg)>>,
-    /// What the display shows of them.
+    /// View of these acts for the display.
     acts: &'a Mutex<ActsView>,
 }
 

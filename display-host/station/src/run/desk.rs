@@ -24,7 +24,7 @@ const COMMAND_PATIENCE: Duration = Duration::from_millis(300);
 /// Longest wait for the event of a complication.
 const EVENT_PATIENCE: Duration = Duration::from_millis(400);
 
-/// What the station lets instructors do.
+/// Rules by which the station takes or refuses an act.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Terms {
     /// The session is an exam, which is worked alone.
@@ -66,7 +66,7 @@ impl Terms {
 /// A desk that serves until it is dropped.
 #[derive(Debug)]
 pub(super) struct Desk {
-    /// What the display shows of the acts.
+    /// View of the acts for the display.
     pub(super) view: Arc<Mutex<ActsView>>,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,

@@ -1,4 +1,4 @@
-//! What an instructor did during the session.
+//! Acts of an instructor during the session.
 
 use figures::html::escape;
 

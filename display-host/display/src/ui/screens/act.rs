@@ -1,4 +1,4 @@
-//! What an instructor does: a mark in the picture, and a note beside it.
+//! The instructor's mark in the picture, and a note of each act beside it.
 
 use egui::{Color32, Rect, RichText, Stroke, Ui, vec2};
 
