@@ -29,14 +29,14 @@ impl Sim<'_> {
             if it.inside != Inside::Blood {
                 continue;
             }
-            let Some(is_from_low) = self.leaves_bag(organ, it) else {
+            let Some(is_from_low) = self.is_numbered_from_body(organ, it) else {
                 continue;
             };
             for share in BLEEDS_AT {
-                let Some(step) = self.step_at(organ, it, share, is_from_low) else {
+                let Some(segment) = self.segment_at(organ, it, share, is_from_low) else {
                     continue;
                 };
-                let sphere = u32::from(step.a);
+                let sphere = u32::from(segment.a);
                 if !self.is_fed(sphere) {
                     continue;
                 }
@@ -45,7 +45,7 @@ impl Sim<'_> {
                     .get(sphere as usize)
                     .map_or(0.0, |it| it.radius_m);
                 let area_m2 = HOLE_SHARE * core::f32::consts::PI * radius_m * radius_m;
-                self.state.vessels.burst(sphere, area_m2);
+                self.state.vessels.perforate(sphere, area_m2);
                 self.journal.raise(Event {
                     kind: EventKind::Opened,
                     organ: Some(organ.into()),
@@ -76,6 +76,6 @@ impl Sim<'_> {
                 value: number as f32,
             });
         });
-        state.vessels.note_change();
+        state.vessels.mark_changed();
     }
 }

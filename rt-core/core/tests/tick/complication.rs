@@ -14,15 +14,15 @@ fn of_kind(bench: &Bench, kind: EventKind) -> Vec<(f32, Vec3)> {
 /// second.
 fn complicated(task: Task, complications: &[Complication]) -> Bench {
     let anatomy = anatomy();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = begin_with(&mut sim, task, 500);
     for complication in complications {
         bench.next_at(&AWAY, NONE).command = Some(Command::Complication(*complication));
         sim.tick(&mut bench);
-        stay(&mut sim, &mut bench, &AWAY, 500, NONE);
+        hold_tip(&mut sim, &mut bench, &AWAY, 500, NONE);
     }
-    stay(&mut sim, &mut bench, &AWAY, 500, NONE);
+    hold_tip(&mut sim, &mut bench, &AWAY, 500, NONE);
     bench
 }
 
@@ -75,12 +75,12 @@ fn without_a_clip_or_an_artery_nothing_happens() {
     for complication in [Complication::Bleeding, Complication::SlippedClip] {
         // The hashes of a run with a complication that finds nothing, and of one without any.
         let runs = [Some(Command::Complication(complication)), None].map(|command| {
-            let mut state = store();
-            let mut sim = Sim::new(liver.scene(), &mut state, TOUCH, OPEN);
+            let mut state = new_state();
+            let mut sim = Sim::new(liver.scene(), &mut state, TOUCH, FORCE_ENABLED);
             let mut bench = Bench::new();
             bench.next_at(&PRESSED, NONE).command = command;
             sim.tick(&mut bench);
-            stay(&mut sim, &mut bench, &PRESSED, 200, NONE);
+            hold_tip(&mut sim, &mut bench, &PRESSED, 200, NONE);
             (sim.state_hash(), kinds(&bench.events))
         });
         assert_eq!(runs[0], runs[1], "{complication:?}");
