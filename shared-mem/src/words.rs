@@ -103,6 +103,54 @@ words! {
 }
 
 words! {
+    /// Something that an instructor makes go wrong in the simulation.
+    Complication, "complication" {
+        /// The artery of the gallbladder bleeds from a hole in its wall.
+        Bleeding = 0, "bleeding";
+        /// The newest clip slips off.
+        SlippedClip = 1, "slipped_clip";
+    }
+}
+
+words! {
+    /// Act of an instructor at a running station.
+    ActKind, "act of an instructor" {
+        /// Points at a place in the body.
+        Point = 0, "point";
+        /// Pauses the simulation.
+        Pause = 1, "pause";
+        /// Lets the simulation go on.
+        Resume = 2, "resume";
+        /// Writes a remark for the debrief.
+        Remark = 3, "remark";
+        /// Fogs the endoscope's lens.
+        Fog = 4, "fog";
+        /// Makes the artery of the gallbladder bleed.
+        Bleeding = 5, "bleeding";
+        /// Makes the newest clip slip off.
+        SlippedClip = 6, "slipped_clip";
+    }
+}
+
+impl ActKind {
+    /// The complication that the controller has to bring about, if the act is one.
+    #[must_use]
+    pub const fn complication(self) -> Option<Complication> {
+        match self {
+            Self::Bleeding => Some(Complication::Bleeding),
+            Self::SlippedClip => Some(Complication::SlippedClip),
+            _ => None,
+        }
+    }
+
+    /// True if the trainee's work changes by it, or the trainee is told something.
+    #[must_use]
+    pub const fn helps_or_hinders(self) -> bool {
+        !matches!(self, Self::Remark)
+    }
+}
+
+words! {
     /// Kind of an event. [`crate::message::Event`] has the payload of each kind.
     EventKind, "kind of event" {
         /// The instrument began to touch an organ.
@@ -155,6 +203,11 @@ words! {
         Buried = 22, "buried";
         /// The instrument presses on an organ harder than before in this contact.
         Press = 23, "press";
+        /// An instructor's complication opened a vessel.
+        Opened = 24, "opened";
+        /// An instructor's complication took a clip off the organ. A clip on two organs raises two
+        /// events.
+        Unclipped = 25, "unclipped";
     }
 }
 
@@ -371,7 +424,15 @@ mod tests {
 
     #[test]
     fn words_are_found_by_their_numbers_and_unknown_numbers_are_refused() {
-        is_checked!(Instrument, CapsuleRole, Current, EventKind, Fault);
+        is_checked!(
+            Instrument,
+            CapsuleRole,
+            Current,
+            Complication,
+            ActKind,
+            EventKind,
+            Fault
+        );
     }
 
     #[test]

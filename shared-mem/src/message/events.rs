@@ -138,6 +138,16 @@ pub enum Event {
         /// Force of the instrument on the organ, N.
         force_n: f32,
     },
+    /// An instructor's complication opened a vessel.
+    Opened {
+        /// Area of the hole, m².
+        area_m2: f32,
+    },
+    /// An instructor's complication took a clip off.
+    Unclipped {
+        /// The clip's number, from 0.
+        number: u32,
+    },
 }
 
 /// An event that cannot be decoded.
@@ -200,6 +210,8 @@ impl EventMsg {
             EventKind::Shake => Event::Shake { speed_m_s: value },
             EventKind::Buried => Event::Buried { depth_m: value },
             EventKind::Press => Event::Press { force_n: value },
+            EventKind::Opened => Event::Opened { area_m2: value },
+            EventKind::Unclipped => Event::Unclipped { number: number()? },
         })
     }
 

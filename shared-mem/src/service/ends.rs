@@ -1,7 +1,6 @@
 //! Ends of a station. Each type opens the services that a process needs for one purpose.
 
 use core::time::Duration;
-use std::time::Instant;
 
 use iceoryx2::active_request::ActiveRequest;
 use iceoryx2::port::client::Client;
@@ -11,6 +10,7 @@ use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::update_connections::UpdateConnections as _;
 use iceoryx2::prelude::{ZeroCopySend, ipc};
 
+use super::command::command_through;
 use super::join::{Member, MemoryNeed};
 use super::{EVENTS, INPUTS, NEWEST, ServiceError, Station, TIMING};
 use crate::inputs::InputBatch;
@@ -382,33 +382,7 @@ impl Host {
         command: CommandMsg,
         timeout: Duration,
     ) -> Result<ReplyMsg, ServiceError> {
-        let start = Instant::now();
-        while start.elapsed() < timeout {
-            // While no controller is connected, the command is sent again and again, so that a
-            // controller that starts during the wait gets it.
-            let pending = self
-                .commands
-                .send_copy(command)
-                .map_err(|error| self.station.transport("sending a command", &error))?;
-            let connected = pending.number_of_server_connections() > 0;
-            loop {
-                // `over` is computed before the reply is read. Otherwise a controller that replies
-                // and then disconnects could end the loop before its reply is read.
-                let over = !connected || !pending.is_connected() || start.elapsed() >= timeout;
-                if let Ok(Some(reply)) = pending.receive() {
-                    return Ok(*reply.payload());
-                }
-                std::thread::sleep(Duration::from_millis(2));
-                if over {
-                    break;
-                }
-            }
-        }
-        let waited_ms = start.elapsed().as_millis();
-        Err(ServiceError::NoAnswer {
-            station: self.station.name.clone(),
-            waited_ms,
-        })
+        command_through(&self.commands, &self.station, command, timeout)
     }
 
     /// Removes the iceoryx2 resources of processes that died.

@@ -22,6 +22,9 @@ pub enum ServiceError {
     /// Another host publishes the state of this station's task.
     #[error("station '{0}': another `calot run` assesses its task; end it first")]
     SecondTask(String),
+    /// Another host answers the instructors of this station.
+    #[error("station '{0}': another `calot run` answers its instructors; end it first")]
+    SecondDesk(String),
     /// A process of another version has opened the service with another layout of its messages.
     #[error("station '{station}', service '{service}': a process of another version runs; end it")]
     OtherVersion {
@@ -137,8 +140,8 @@ pub enum ServiceError {
         /// File-name patterns of the station's files.
         files: String,
     },
-    /// No controller answered.
-    #[error("station '{station}': no controller answered within {waited_ms} ms")]
+    /// No controller, or no desk for instructors, answered.
+    #[error("station '{station}': nobody answered within {waited_ms} ms")]
     NoAnswer {
         /// Station.
         station: String,

@@ -6,6 +6,8 @@
 //! the [`Controller`] end. Up to [`MAX_HOSTS`] other processes, the hosts, each hold a [`Host`] end
 //! or, as a recorder, a [`Tap`]. They may start in any order, die, and start again.
 
+mod acts;
+mod command;
 mod ends;
 mod error;
 mod folder;
@@ -23,8 +25,10 @@ use iceoryx2::prelude::{BackpressureStrategy, FileName, Path, SemanticString, Ze
 use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenOrCreateError;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
-use crate::message::{CommandMsg, ReplyMsg};
+use crate::message::{ActMsg, ActReply, CommandMsg, ReplyMsg};
 
+pub use acts::{ActDesk, ActRequest, ActSender};
+pub use command::Commander;
 pub use ends::{
     Controller, HandReceiver, HandSender, Host, Request, Tap, TaskReceiver, TaskSender,
 };
@@ -170,20 +174,40 @@ impl Station {
             })
     }
 
-    fn commands(&self, node: &Node<ipc::Service>) -> Result<Commands, ServiceError> {
-        let name = format!("calot/command/{VERSION}");
+    fn commands(
+        &self,
+        node: &Node<ipc::Service>,
+    ) -> Result<Asking<CommandMsg, ReplyMsg>, ServiceError> {
+        self.asking(node, "command")
+    }
+
+    fn acts(&self, node: &Node<ipc::Service>) -> Result<Asking<ActMsg, ActReply>, ServiceError> {
+        self.asking(node, "acts")
+    }
+
+    /// A service in which hosts ask and one process answers.
+    fn asking<Q, A>(
+        &self,
+        node: &Node<ipc::Service>,
+        service: &'static str,
+    ) -> Result<Asking<Q, A>, ServiceError>
+    where
+        Q: core::fmt::Debug + ZeroCopySend + 'static,
+        A: core::fmt::Debug + ZeroCopySend + 'static,
+    {
+        let name = format!("calot/{service}/{VERSION}");
         let name = name
             .as_str()
             .try_into()
             .map_err(|e| self.transport("naming", &e))?;
         node.service_builder(&name)
-            .request_response::<CommandMsg, ReplyMsg>()
+            .request_response::<Q, A>()
             .max_servers(1)
             .max_clients(MAX_HOSTS)
             .max_nodes(MAX_HOSTS + 2)
             .max_active_requests_per_client(4)
             .open_or_create()
-            .map_err(|error| self.transport("opening the command service", &error))
+            .map_err(|error| self.transport("opening a service of requests", &error))
     }
 
     fn publisher<T>(
@@ -235,13 +259,8 @@ impl Station {
     }
 }
 
-type Commands = iceoryx2::service::port_factory::request_response::PortFactory<
-    ipc::Service,
-    CommandMsg,
-    (),
-    ReplyMsg,
-    (),
->;
+type Asking<Q, A> =
+    iceoryx2::service::port_factory::request_response::PortFactory<ipc::Service, Q, (), A, ()>;
 
 #[derive(Clone, Copy)]
 struct QualityOfService {

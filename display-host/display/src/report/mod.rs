@@ -172,6 +172,8 @@ pub struct TaskSummary {
     pub alarms: Vec<TaskAlarm>,
     /// Lost points, by metric.
     pub lost: Vec<TaskLost>,
+    /// Acts of an instructor: pointing, pauses, remarks, complications.
+    pub acts: Vec<assess::Act>,
     /// All injuries: structure, kind, cause, severity, time.
     pub injuries: Vec<assess::Injury>,
     /// The critical view of safety, with the visible share of each criterion.

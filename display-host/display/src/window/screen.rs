@@ -335,6 +335,9 @@ impl Screen {
                 _ => {}
             }
         }
+        if session.takes_fog() {
+            self.renderer.lens_mut().fog_up();
+        }
         let scope = self.renderer.scope();
         session.ui.scope_degrees = [scope.angle, scope.turned].map(|a| a.to_degrees().round());
         session.ui.focus_mm = scope.focus_m * 1e3;

@@ -1,5 +1,6 @@
 //! State of a window: the feed, the panel's state, and the user's requests.
 
+mod acts;
 mod carry_out;
 mod effects;
 mod receive;
@@ -10,9 +11,9 @@ use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 use assess::report::PICTURES_MIN;
-use shared_mem::message::{StateFrame, ToolFrame};
+use shared_mem::message::{ActMsg, StateFrame, ToolFrame};
 use shared_mem::scene::{SceneFile, str_from_name};
-use shared_mem::service::{Host, ServiceError, Station, TaskReceiver};
+use shared_mem::service::{ActSender, Host, ServiceError, Station, TaskReceiver};
 use shared_mem::task::TaskMsg;
 
 use super::frames::{Frames, rate};
@@ -31,7 +32,8 @@ use crate::render::camera::Scope;
 use crate::sound::Sound;
 use crate::sound::synth::Heard;
 use crate::ui::{
-    Link, Look, Overlay, RecordingView, ReplayView, Settings, TaskView, UiState, towards_tip,
+    ActsView, Link, Look, Overlay, RecordingView, ReplayView, Settings, TaskView, UiState,
+    towards_tip,
 };
 use crate::words::Language;
 
@@ -59,6 +61,14 @@ pub(super) struct Session {
     sound: Option<Sound>,
     heard: Heard,
     task: Option<Arc<Mutex<TaskView>>>,
+    /// Acts of instructors, as the station or a replay tells them.
+    acts: Option<Arc<Mutex<ActsView>>>,
+    /// An instructor's way to the station, and the acts that went it, with their times, s.
+    desk: Option<(ActSender, Vec<(f64, ActMsg)>)>,
+    /// Optics of the last picture.
+    scope: Scope,
+    /// Number of times that an instructor fogged the lens, as far as the picture shows it.
+    fogs: usize,
     /// Bulletins of the assessor, for an instructor.
     bulletins: Option<(TaskReceiver, Box<TaskMsg>)>,
     replay: Option<Arc<Mutex<ReplayView>>>,
@@ -123,6 +133,10 @@ impl Session {
             limited_ticks: 0,
             sound,
             task,
+            acts: None,
+            desk: None,
+            scope: Scope::default(),
+            fogs: 0,
             bulletins: None,
             replay: None,
             recording: None,
@@ -147,6 +161,7 @@ impl Session {
         if let Some(station) = station {
             let receiver = TaskReceiver::open(station)?;
             self.bulletins = Some((receiver, bytemuck::allocation::zeroed_box()));
+            self.desk = Some((ActSender::open(station)?, Vec::new()));
             self.ui.instructor = true;
         }
         Ok(self)
@@ -205,6 +220,8 @@ impl Session {
         let works = self.free.is_none() && self.replay.is_none();
         let tools = self.feed.tools().filter(|_| works);
         self.ui.tip_away = tools.and_then(|tools| towards_tip(tools, scope));
+        self.scope = *scope;
+        self.mark_acts(scope);
         if self.ui.overlay.is_none() {
             return;
         }

@@ -128,6 +128,7 @@ fn show_and_measure(
         look: Look::default(),
         task: None,
         instructor: false,
+        acts: None,
         replay: None,
         recording: None,
         pictures: None,
