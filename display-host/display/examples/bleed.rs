@@ -1,5 +1,5 @@
 //! Draws how an organ bleeds or leaks bile: pictures of a compiled scene at several times, with the
-//! volumes and the processor's time: `cargo run -p display-host --example bleed -- SCENE.calot
+//! volumes and the processor's time: `cargo run -p display-host --example bleed -- [SCENE.calot]
 //! [--organ NAME] [--every S] [--pictures N] [--stops S] [--near 0..1] [--place 0..1]
 //! [--from X,Y,Z] [--size WxH] [--out FOLDER]`.
 //! The leak is at a visible place of the organ, `--place` along it, and stops after `--stops` s.
@@ -21,7 +21,7 @@ type Error = Box<dyn std::error::Error>;
 const FRAME_S: f32 = 1.0 / 30.0;
 
 fn main() -> Result<(), Error> {
-    let (mut scene, mut organ, mut out) = (None, "cystic artery".to_owned(), PathBuf::from("."));
+    let (mut scene, mut organ, mut out) = (None, "gallbladder".to_owned(), PathBuf::from("."));
     let (mut every_s, mut pictures, mut stops_s, mut near) = (2.0f32, 4u32, f32::INFINITY, 0.5f32);
     let (mut size, mut place, mut from) = ([640, 480], 0.5f32, None::<Vec3>);
     let mut arguments = std::env::args().skip(1);
@@ -49,7 +49,7 @@ fn main() -> Result<(), Error> {
             path => scene = Some(SceneFile::open(path.as_ref())?),
         }
     }
-    let scene = scene.ok_or("name a compiled scene: calot prepare triangle --out t.calot")?;
+    let scene = scene.unwrap_or_else(|| support::scene(72));
     let named = |it: &&OrganRecord| str_from_name(&it.name) == Some(organ.as_str());
     let record = scene.organs().iter().find(named).ok_or("no such organ")?;
     let kind = OrganKind::from_u32(record.kind).ok_or("an organ of no kind")?;

@@ -105,7 +105,7 @@ fn blood_runs_downhill_leaves_a_film_and_stands_on_level_ground() {
     );
     assert!(is_balanced(effects.fluids()));
     // Close the leak: what is left on the way is a thin film, and no more runs.
-    let mut closed = effects.clone();
+    let mut closed = effects;
     let spheres = sphere_at_rest(&mut slope);
     let skin = Skin::new(&slope, &spheres.0, &spheres.1, &[]);
     closed.begin(
