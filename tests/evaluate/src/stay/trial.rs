@@ -179,7 +179,9 @@ fn worked(
     let newest = RefCell::new(bytemuck::zeroed_box::<StateFrame>());
     let mut see = |rehearsal: &mut Rehearsal<'_>| {
         watch.borrow_mut().see(rehearsal);
-        newest.borrow_mut().clone_from(&Box::new(*rehearsal.state()));
+        newest
+            .borrow_mut()
+            .clone_from(&Box::new(*rehearsal.state()));
     };
     let mut hand = SeededHand::new(rehearsal, manner, LOOK_EVERY, &mut see);
     hand.wait(LOAD_TICKS);

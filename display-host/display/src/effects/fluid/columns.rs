@@ -1,4 +1,4 @@
-//! What lies below and above a place: the triangles that face upwards, by columns.
+//! Skin below and above a place: the triangles that face upwards, by columns.
 
 use glam::{Vec2, Vec3};
 
