@@ -278,7 +278,7 @@ impl Run<'_> {
                 if let Some(mut still) = self.plan.next(elapsed, state, tools, free)
                     && let Some(painter) = &mut self.painter
                 {
-                    still.effects = Some(self.effects.take());
+                    still.effects = Some(self.effects.take(still.state.tick));
                     painter.paint(still);
                 }
             }

@@ -138,11 +138,17 @@ pub fn matrix(pose: &PoseMsg) -> Mat4 {
 /// Pose of a camera at `eye` that looks at `at`, as upright as possible.
 #[must_use]
 pub fn looking(eye: Vec3, at: Vec3) -> PoseMsg {
+    upright(eye, at, Vec3::Y)
+}
+
+/// Pose of a camera at `eye` that looks at `at`, with `up` towards the picture's top.
+#[must_use]
+pub fn upright(eye: Vec3, at: Vec3, up: Vec3) -> PoseMsg {
     let back = (eye - at).normalize_or(Vec3::Z);
-    let up = if back.y.abs() > 0.999 {
-        Vec3::Z
+    let up = if back.dot(up).abs() > 0.999 {
+        up.any_orthonormal_vector()
     } else {
-        Vec3::Y
+        up
     };
     let right = up.cross(back).normalize();
     let turn = Quat::from_mat3(&glam::Mat3::from_cols(right, back.cross(right), back));

@@ -11,7 +11,7 @@ use super::canvas::Canvas;
 use super::presented::{Handed, Watch};
 use super::session::Session;
 use crate::DisplayError;
-use crate::effects::Effects;
+use crate::effects::{Effects, TICK_S};
 use crate::latency::{FrameRecord, now_ns};
 use crate::render::camera::Scope;
 use crate::render::governor::Governor;
@@ -251,13 +251,14 @@ impl Screen {
         self.since_last_s = last.map(|last| (now - last).as_secs_f32());
         let step_s = self.since_last_s.unwrap_or(f32::INFINITY);
         self.renderer.exposure_mut().adapt = 1.0 - (-step_s / EXPOSURE_S).exp();
-        let played_s = if step_s.is_finite() && !session.ui.is_paused() {
-            step_s
-        } else {
-            0.0
-        };
+        // Effects follow the record's time, so that a replay of any speed, and every observer,
+        // shows as much blood as the run did.
+        let tick = session.moment().map_or(0, |(state, _)| state.tick);
+        let before = self.drawn_tick.filter(|_| !session.ui.is_paused());
+        let mut played_s = tick.saturating_sub(before.unwrap_or(tick)) as f32 * TICK_S;
         if session.take_reset() {
             self.renderer.effects_mut().clear();
+            played_s = 0.0;
         }
         let effects = session.take_effects(played_s);
         let (state, tools) = session.moment()?;
