@@ -1,12 +1,12 @@
-//! Cost of tissue: time over the number of spheres, and the time that sleep saves.
+//! Cost of tissue: time as a function of the number of spheres, and the time that sleep saves.
 //!
 //! ```text
 //! cargo run --release -p rt-core --example cost              figures
 //! cargo run --release -p rt-core --example cost -- liver N   N ticks of the liver's tissue
 //! ```
 //!
-//! Run the second form under `valgrind --tool=callgrind` with two numbers of ticks to count the
-//! instructions of a tick. Times are the smallest of many, to exclude other load of the machine.
+//! To count the instructions of a tick, run the second form under `valgrind --tool=callgrind` with
+//! two numbers of ticks. A time is the smallest of many, which excludes other load of the machine.
 
 #[path = "../tests/rig/mod.rs"]
 mod rig;
@@ -158,8 +158,8 @@ fn main() {
         all_moving_us(&four)
     );
     println!("\nwhole tick, liver touched             µs/tick   spheres off mm  force off mN");
-    // The other organs sink under their weight before they sleep. Sleep stops the rest of the
-    // sinking, and this rest is the error of sleep.
+    // The other organs sink under their weight before they sleep. Sleep stops them before they have
+    // sunk fully, and the missing part is the error of sleep.
     let sinks = |organ: &mut Organ| organ.gravity_share = 0.3;
     four.organs.iter_mut().skip(1).for_each(sinks);
     let sleepless = Touched::sleepless(&four);

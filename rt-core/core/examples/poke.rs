@@ -15,7 +15,7 @@ use rt_core::state::State;
 fn hand(t: u32) -> (f32, Buttons) {
     let ramp = |from: u32, to: u32| ((t.clamp(from, to) - from) as f32) / (to - from) as f32;
     let height = 0.02 - 0.032 * ramp(500, 1500) + 0.032 * ramp(2500, 3500);
-    // The closed jaws press; they open on the tissue, and bite.
+    // The closed jaws press; then they open on the tissue and grasp it.
     let grasps = t < 1750 || (2000..4500).contains(&t);
     (
         height,

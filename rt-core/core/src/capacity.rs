@@ -1,11 +1,11 @@
-//! Limits of the realtime process. They bound every array and every loop of a tick.
+//! Limits of the simulation. They bound every array and every loop of a tick.
 //!
 //! - Limits of a scene: `MAX_ORGANS`, `MAX_SPHERES`, `MAX_LINKS`, `MAX_BATCHES`, `MAX_ATTACHMENTS`,
 //!   `MAX_SUTURES`, `MAX_SKIN_VERTICES`, `MAX_CELLS`. A scene that exceeds one is refused when it
 //!   loads.
 //! - Limits of a scene's tubes: `MAX_BEADS`, `MAX_TUBE_LINKS`. A scene may exceed them. A tube
 //!   without room for its beads collides at its spheres only, carries no flow and takes no clip.
-//!   Links beyond `MAX_TUBE_LINKS` are drawn whole.
+//!   Links beyond `MAX_TUBE_LINKS` are drawn as intact.
 //! - Limits of a tick: `MAX_CONTACTS`, `INSTRUMENT_POINTS`, `MAX_TOOL_POINTS`, `MAX_TUBE_CONTACTS`,
 //!   `MAX_CONTACT_CONSTRAINTS`, `MAX_SPHERE_PAIRS`, `MAX_CLOSE_PAIRS`, `MAX_EVENTS_PER_TICK`,
 //!   `MAX_GRASPED`. A tick drops the excess, and raises a fault, except for tool points.
@@ -32,8 +32,8 @@ pub const MAX_ATTACHMENTS: usize = 1024;
 pub const MAX_SUTURES: usize = 8;
 /// Capsules of all tools together.
 pub const MAX_CAPSULES: usize = 16;
-/// Spheres under a contact skin that one tick keeps because a tool is near; if there are more, the
-/// deepest stay. With both tools on organs of the most spheres, about 700 are near.
+/// Spheres under a contact skin that are near a tool in a tick; if there are more, the deepest are
+/// kept. With both tools on the organs that have the most spheres, about 700 are near.
 pub const MAX_CONTACTS: usize = 1024;
 /// Vertices of all contact skins together.
 pub const MAX_SKIN_VERTICES: usize = 32_768;
@@ -46,11 +46,13 @@ pub const MAX_TOOL_POINTS: usize = INSTRUMENT_POINTS + 32;
 pub const MAX_BEADS: usize = 4 * MAX_SPHERES;
 /// Pairs of bead and tool part that are tracked from tick to tick.
 pub const MAX_TUBE_CONTACTS: usize = 128;
-/// Contact constraints of tools that one tick keeps; the deepest stay.
+/// Contact constraints of tools in a tick; if there are more, the deepest are kept.
 pub const MAX_CONTACT_CONSTRAINTS: usize = 64;
-/// Pairs of unlinked spheres near each other; if there are more, the first found stay.
+/// Pairs of unlinked spheres near each other; if there are more, the pairs that were found first
+/// are kept.
 pub const MAX_SPHERE_PAIRS: usize = 4096;
-/// Pairs of unlinked spheres that may touch in a tick; if there are more, the first found stay.
+/// Pairs of unlinked spheres that may touch in a tick; if there are more, the pairs that were found
+/// first are kept.
 pub const MAX_CLOSE_PAIRS: usize = 1024;
 /// Events that one tick can raise; further events are dropped, and a fault counts the tick.
 pub const MAX_EVENTS_PER_TICK: usize = 32;
@@ -58,7 +60,8 @@ pub const MAX_EVENTS_PER_TICK: usize = 32;
 pub const CLIPS: u32 = 12;
 /// Places on tubes that clips close, all clips together; a clip over two tubes takes two.
 pub const MAX_CLIPPED: usize = 24;
-/// Links of tubes whose state is published: the first in the scene. Later links are drawn whole.
+/// Links of tubes whose state is published: the first in the scene. Later links are drawn as
+/// intact.
 pub const MAX_TUBE_LINKS: usize = 2048;
 /// Places where vessels, ducts and bags leak.
 pub const MAX_HOLES: usize = 64;

@@ -1,4 +1,4 @@
-//! Faults of a tick. Nothing panics: each fault has one defined answer and a counter.
+//! Faults of a tick. Nothing panics: each fault has one defined answer, and a counter.
 
 /// A fault. The number is its index in [`FaultCounters`] and its code in events.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,9 +27,10 @@ pub enum Fault {
     StiffnessCapped = 8,
     /// The motors are warm. Answer: the limit of the force falls towards the continuous force.
     ThermalLimited = 9,
-    /// More contacts were found than can be kept. Answer: the deepest stay.
+    /// More contacts were found than can be kept. Answer: the deepest are kept.
     ContactOverflow = 10,
-    /// More near pairs of spheres were found than can be kept. Answer: the first found stay.
+    /// More near pairs of spheres were found than can be kept. Answer: the pairs that were found
+    /// first are kept.
     PairOverflow = 11,
     /// More spheres were between the jaws than can be held. Answer: the first found are held.
     GraspOverflow = 12,
@@ -40,8 +41,9 @@ pub enum Fault {
     Overrun = 14,
     /// Time did not go forward between two ticks. Answer: the tick counts as one period.
     BadClock = 15,
-    /// Contact returned more energy to the hand than it took (too stiff for the loop's delay, or
-    /// tissue that moves by itself). Answer: damped until that energy is dissipated.
+    /// Contact returned more energy to the hand than the hand put in (it is too stiff for the
+    /// loop's delay, or the tissue moves by itself). Answer: damping, until that energy is
+    /// dissipated.
     Damped = 16,
     /// Both electrosurgery pedals are pressed. Answer: no current.
     BothElectrodes = 17,
@@ -58,8 +60,9 @@ pub enum Fault {
     /// The haptic device's clock runs backwards, stands still or has another unit. Answer: the
     /// samples are dropped, so the force falls to zero.
     DeviceClock = 22,
-    /// The handle leapt farther than a hand moves. Answer: the sample is dropped. If the handle
-    /// stays at the new place, its samples are used again, and the force starts from zero.
+    /// The handle's position jumped farther than a hand moves. Answer: the sample is dropped. If
+    /// the handle stays at the new place, its samples are used again, and the force starts from
+    /// zero.
     DeviceLeap = 23,
     /// Samples arrive in bundles, and a bundle spans more time than a sample may be old. Answer:
     /// force falls to zero.

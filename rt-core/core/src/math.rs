@@ -55,9 +55,10 @@ pub fn is_rigid(pose: &Pose) -> bool {
     is_finite(&pose.translation.vector) && (norm_squared - 1.0).abs() < 1.0e-3
 }
 
-/// A unit vector perpendicular to `v`. It depends on `v` only; `v` may have any length.
+/// A unit vector perpendicular to `v`, which may have any length. It is always the same for the
+/// same `v`.
 #[must_use]
-pub fn across(v: &Vec3) -> Vec3 {
+pub fn perpendicular(v: &Vec3) -> Vec3 {
     let a = if v.x.abs() <= v.y.abs() && v.x.abs() <= v.z.abs() {
         Vec3::new(1.0, 0.0, 0.0)
     } else if v.y.abs() <= v.z.abs() {
@@ -68,17 +69,17 @@ pub fn across(v: &Vec3) -> Vec3 {
     unit(&v.cross(&a)).unwrap_or(a)
 }
 
-/// Unit vector `from`, rotated towards the unit vector `to` by at most `most` radians (a small
+/// Unit vector `from`, rotated towards the unit vector `to` by at most `angle_max` radians (a small
 /// angle).
 #[must_use]
-pub fn turned(from: &Vec3, to: &Vec3, most: f32) -> Vec3 {
+pub fn rotated_towards(from: &Vec3, to: &Vec3, angle_max: f32) -> Vec3 {
     let turn = to - from;
-    if turn.norm_squared() <= most * most {
+    if turn.norm_squared() <= angle_max * angle_max {
         return *to;
     }
     // Perpendicular to `from`. Opposite vectors turn to an arbitrary side.
-    let aside = unit(&(turn - from * from.dot(&turn))).unwrap_or_else(|| across(from));
-    unit(&(from + aside * most)).unwrap_or(*from)
+    let direction = unit(&(turn - from * from.dot(&turn))).unwrap_or_else(|| perpendicular(from));
+    unit(&(from + direction * angle_max)).unwrap_or(*from)
 }
 
 #[cfg(test)]
@@ -94,24 +95,24 @@ mod tests {
     }
 
     #[test]
-    fn across_is_perpendicular() {
+    fn perpendicular_vector_is_a_unit_vector() {
         for v in [
             Vec3::new(1.0, 0.0, 0.0),
             Vec3::new(-3.0, 2.0, 1.0),
             Vec3::new(0.0, 0.0, 9.0),
         ] {
-            let n = across(&v);
+            let n = perpendicular(&v);
             assert!(n.dot(&v).abs() < 1.0e-6, "{n}");
             assert!((norm(&n) - 1.0).abs() < 1.0e-6);
         }
     }
 
     #[test]
-    fn turned_goes_there_bit_by_bit() {
+    fn rotation_reaches_the_target_in_bounded_steps() {
         for to in [Vec3::y(), -Vec3::x(), Vec3::new(0.6, 0.0, -0.8)] {
             let mut at = Vec3::x();
             for _ in 0..320 {
-                let next = turned(&at, &to, 0.01);
+                let next = rotated_towards(&at, &to, 0.01);
                 assert!(norm(&(next - at)) < 0.010_01 && (norm(&next) - 1.0).abs() < 1.0e-5);
                 at = next;
             }

@@ -44,7 +44,7 @@ pub struct DeviceSample {
     pub at_ns: TimeNs,
 }
 
-/// A sample with what the device itself said about it. The simulation needs only the sample.
+/// A sample with the device's own report about it. The simulation needs only the sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
     /// The sample.
@@ -138,11 +138,11 @@ pub struct DeviceCapabilities {
     pub stiffness_max_n_m: f32,
     /// Largest damping that the device renders, N s/m.
     pub damping_max_n_s_m: f32,
-    /// Damping of the device itself, N s/m, including the damping that its dry friction gives to a
-    /// tremor. This damping absorbs the energy that sampling and delay generate.
+    /// Damping of the device itself, N s/m, including the equivalent damping of its dry friction
+    /// against a tremor. This damping absorbs the energy that sampling and delay generate.
     pub damping_n_s_m: f32,
-    /// Delay from a movement to its sample plus delay from a command to its force, s, without the
-    /// time for which a force is held between two commands.
+    /// Delay from a movement to its sample plus delay from a command to its force, s. The time for
+    /// which a force is held between two commands is not included.
     pub delay_s: f32,
     /// Radius of the workspace around the base frame's origin, m.
     pub workspace_radius_m: f32,
@@ -258,8 +258,8 @@ impl Identity {
 pub struct Findings {
     /// Faults found by the last poll.
     pub faults: FaultSet,
-    /// True if the last poll's sample does not continue the samples before it, so that the handle
-    /// may have moved anywhere in between.
+    /// True if samples are missing before the sample of the last poll, so that the handle may have
+    /// moved anywhere in between.
     pub leapt: bool,
     /// Time that a bundle of samples spans, ms; 0 if the samples come one by one.
     pub bundle_ms: u32,
@@ -297,8 +297,8 @@ pub trait HapticDevice {
     }
     /// The newest sample since the last poll.
     fn poll(&mut self, now_ns: TimeNs) -> Polled<DeviceSample>;
-    /// Polls like [`Self::poll`] and hands every sample since the last poll to `each`, also those
-    /// that are too old for the simulation. By default only the newest.
+    /// Polls like [`Self::poll`], and passes every sample since the last poll to `each`, also
+    /// samples that are too old for the simulation. By default only the newest sample.
     fn poll_each(
         &mut self,
         now_ns: TimeNs,
@@ -330,7 +330,8 @@ pub trait HapticDevice {
     fn findings(&self) -> Findings {
         Findings::default()
     }
-    /// Echo of a force that the last poll heard; by default none, as of a device without a clock.
+    /// Echo of a force that the last poll received; by default none, as for a device without a
+    /// clock.
     fn echo(&self) -> Option<Echo> {
         None
     }

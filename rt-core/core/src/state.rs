@@ -1,4 +1,4 @@
-//! State of the simulation: everything per sphere that changes, in storage of fixed size.
+//! State of the simulation: all per-sphere data that changes, in storage of fixed size.
 
 use crate::organs::between::Between;
 use crate::organs::pairs::Pairs;

@@ -21,7 +21,7 @@ pub struct Tissue<'a> {
 }
 
 /// Every organ moves.
-const ALL: [bool; MAX_ORGANS] = [true; MAX_ORGANS];
+const ALL_MOVE: [bool; MAX_ORGANS] = [true; MAX_ORGANS];
 
 /// Force and contacts of a tool in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -32,13 +32,14 @@ pub struct Pressed {
     moment_nm: Vec3,
     /// Number of contact places.
     pub contacts: usize,
-    /// Number of spheres that were not finite or had diverged, and were put back.
+    /// Number of spheres that were not finite or had diverged, and were put back to their last
+    /// place.
     pub quarantined: u32,
 }
 
 impl Pressed {
-    /// Torque of the tissue on the tool about a point, world frame, N m. The lever of the tick
-    /// carries the torque about the port to the hand.
+    /// Torque of the tissue on the tool about a point, world frame, N m. In the full simulation,
+    /// the torque about the port reaches the hand through the lever.
     #[must_use]
     pub fn torque_nm(&self, about_m: &Vec3) -> Vec3 {
         self.moment_nm - about_m.cross(&self.force_n)
@@ -76,7 +77,7 @@ impl<'a> Tissue<'a> {
             ..
         } = &mut *self.bodies;
         if let Some(organ) = self.scene.organs.get(usize::from(*organs.at(sphere))) {
-            warm_start.weigh(&self.scene, organ, nodes);
+            warm_start.set_masses(&self.scene, organ, nodes);
         }
     }
 
@@ -97,7 +98,7 @@ impl<'a> Tissue<'a> {
 
     /// Puts everything back to rest, held as in the scene.
     pub fn rest(&mut self) {
-        self.bodies.rest(&self.scene);
+        self.bodies.reset(&self.scene);
         self.contacts.clear();
         self.tick = 0;
     }
@@ -114,13 +115,14 @@ impl<'a> Tissue<'a> {
     }
 
     /// Advances one tick as [`Tissue::step_with`]. `warm_start` is called before the constraints of
-    /// every organ's substep. There a contact of the tick applies a share of its last force.
+    /// every organ's substep. At this point, a contact of the full simulation applies a share of
+    /// its last force.
     pub fn step_between(
         &mut self,
         warm_start: impl FnMut(&mut Correction<'_>, f32),
         correct: impl FnMut(&mut Correction<'_>, f32),
     ) -> u32 {
-        let mut corrected = Corrected {
+        let mut hooks = SubstepHooks {
             warm_start,
             correct,
         };
@@ -128,16 +130,15 @@ impl<'a> Tissue<'a> {
         self.breathe();
         let (scene, bodies) = (&self.scene, &mut *self.bodies);
         let method = &mut self.method;
-        let mut quarantined = substeps::run(scene, method, &ALL, &mut corrected, bodies);
+        let mut quarantined = substeps::run(scene, method, &ALL_MOVE, &mut hooks, bodies);
         for (i, _) in (0u8..).zip(scene.organs) {
-            corrected.post_solve(i, 1.0, scene.step_s_of(i), bodies);
+            hooks.post_solve(i, 1.0, scene.step_s_of(i), bodies);
         }
         quarantined += self.end();
         quarantined
     }
 
-    /// Advances one tick with these parts of a tool pressed against the tissue, as in the tick of
-    /// the whole simulation.
+    /// Advances one tick with these parts of a tool against the tissue, as in the full simulation.
     pub fn press(&mut self, parts: &[Capsule]) -> Pressed {
         self.bodies.begin(&self.scene, true);
         self.breathe();
@@ -148,7 +149,7 @@ impl<'a> Tissue<'a> {
         }
         let mut faults = FaultSet::NONE; // not reported; an overflow lowers the force
         contacts.find(parts, scene, &bounds, bodies, &mut faults);
-        let mut quarantined = substeps::run(scene, &mut self.method, &ALL, contacts, bodies);
+        let mut quarantined = substeps::run(scene, &mut self.method, &ALL_MOVE, contacts, bodies);
         contacts.push_out(scene, bodies);
         quarantined += self.end();
         let forces = &self.contacts.forces;
@@ -181,8 +182,8 @@ impl<'a> Tissue<'a> {
         quarantined
     }
 
-    /// Deepest penetration of these parts of a tool into the tissue, m, as the tick finds it;
-    /// `None` without contact. Moves nothing.
+    /// Deepest penetration of these parts of a tool into the tissue, m, as stage `contact` finds
+    /// it; `None` without contact. Moves nothing.
     pub fn meet(&mut self, parts: &[Capsule]) -> Option<f32> {
         let (scene, bodies) = (self.scene, &*self.bodies);
         let mut bounds = [Bounds::EMPTY; MAX_ORGANS];
@@ -215,13 +216,13 @@ impl<'a> Tissue<'a> {
     }
 }
 
-/// Calls two corrections in every substep, before and after the constraints.
-struct Corrected<W, F> {
+/// Callbacks in every substep: before and after the constraints.
+struct SubstepHooks<W, F> {
     warm_start: W,
     correct: F,
 }
 
-impl<W, F> Coupling for Corrected<W, F>
+impl<W, F> Coupling for SubstepHooks<W, F>
 where
     W: FnMut(&mut Correction<'_>, f32),
     F: FnMut(&mut Correction<'_>, f32),

@@ -72,7 +72,7 @@ pub enum EventKind {
     LetGo,
     /// Held tissue slipped by 2 mm through the jaws; value: pull of the tissue on the jaws, N.
     Slip,
-    /// An attachment or a link of a tube has torn; value: energy of the tear, J.
+    /// An attachment or a link of a tube has torn; value: energy that the tear took, J.
     Tear,
     /// Scissors or current have cut an attachment, a suture or a link of a tube; value: energy, J,
     /// that tearing it would have taken.
@@ -93,12 +93,12 @@ pub enum EventKind {
     Removed,
     /// The jaws have crushed held tissue; value: force of the jaws, N.
     Crush,
-    /// A wall is burnt through, or a tube under pressure is parted half; value: energy that burnt
-    /// it through, J; 0 for a tube that is parted half.
+    /// A wall is burnt through, or a tube under pressure is half cut or half torn; value: energy
+    /// that burnt the wall through, J; 0 for the tube.
     Perforation,
-    /// A tube is divided, or torn off an organ; value: share of the lumen that clips leave open
-    /// between the division and the tube's next end, on the side where more is open. 0: clips or
-    /// other divisions close both sides.
+    /// A tube is divided, or torn off an organ. Value: share of the lumen that clips leave open
+    /// between the division and the tube's next end; of the two sides, the larger share. 0: clips
+    /// or other divisions close both sides.
     Divided,
     /// A suture passes through an organ at this place; value: the suture's number in the scene,
     /// from 0.
@@ -106,7 +106,8 @@ pub enum EventKind {
     /// A suture hangs an organ on the abdominal wall at this place; value: the suture's number in
     /// the scene, from 0.
     Hung,
-    /// The simulation is back at its start, or at the start of a task; earlier events are void.
+    /// The simulation is back at its start, or at the start of a task; earlier events no longer
+    /// hold.
     Reset,
     /// An organ that nobody has freed stays away from its place; value: distance of the organ's
     /// middle from that place, m.
@@ -117,8 +118,8 @@ pub enum EventKind {
     /// The instrument is inside an organ at its device's first sample, or at the first after a gap;
     /// value: its depth, m.
     Buried,
-    /// The instrument presses on an organ that it touches, harder by 0.1 N than at the last such
-    /// event of this contact; value: force on the organ, smoothed, N.
+    /// The instrument presses on an organ harder by 0.1 N than at the last `Press` of this contact;
+    /// value: smoothed force on the organ, N.
     Press,
 }
 

@@ -1,4 +1,4 @@
-//! A late tick omits optional work, and never the force.
+//! A late tick omits optional work, but never the force.
 
 mod rig;
 
@@ -9,14 +9,14 @@ use rt_core::sim::{Optional, Parameters, Ports, Samples, Sim, Stage, TickView};
 use rt_core::state::State;
 use rt_core::words::SphereBits;
 
-const OPEN: Parameters = Parameters {
+const FORCE_ENABLED: Parameters = Parameters {
     force_ramp_s: 0.05,
     force_enabled: true,
 };
 /// Spheres of the liver; the gallbladder's follow.
 const LIVER: usize = 581;
 
-/// A bench with time only for the optional work for which `has_time` is true.
+/// A bench that has time only for the optional work for which `has_time` returns true.
 struct Late {
     bench: Bench,
     has_time: fn(Optional) -> bool,
@@ -48,7 +48,7 @@ impl Ports for Late {
 fn press(has_time: fn(Optional) -> bool) -> (Late, Vec<Vec3>) {
     let anatomy = Anatomy::liver_and_gallbladder();
     let (mut state, mut paper) = (Box::new(State::new()), paper(Some(PAPER)));
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     sim.solve_by(method(&mut paper));
     let mut late = Late {
         bench: Bench::new(),
@@ -73,9 +73,9 @@ fn press(has_time: fn(Optional) -> bool) -> (Late, Vec<Vec3>) {
     (late, before)
 }
 
-fn moved_m(now: &[Vec3], before: &[Vec3]) -> f32 {
-    let ways = now.iter().zip(before).map(|(a, b)| norm(&(a - b)));
-    ways.fold(0.0, f32::max)
+fn distance_max_m(now: &[Vec3], before: &[Vec3]) -> f32 {
+    let distances = now.iter().zip(before).map(|(a, b)| norm(&(a - b)));
+    distances.fold(0.0, f32::max)
 }
 
 #[test]
@@ -83,9 +83,9 @@ fn far_organs_stand_still_and_the_force_goes_on() {
     let (late, before) = press(|work| work != Optional::FarOrgans);
     let (full, _) = press(|_| true);
     let bench = &late.bench;
-    let gallbladder = moved_m(&bench.centers_m[LIVER..], &before[LIVER..]);
+    let gallbladder = distance_max_m(&bench.centers_m[LIVER..], &before[LIVER..]);
     assert!(gallbladder <= 0.0, "stands: {gallbladder}");
-    assert!(moved_m(&bench.centers_m[..LIVER], &before[..LIVER]) > 0.001);
+    assert!(distance_max_m(&bench.centers_m[..LIVER], &before[..LIVER]) > 0.001);
     let awake = |bits: &SphereBits| bits.contains(SphereBits::AWAKE);
     assert!(bench.bits[..LIVER].iter().all(awake));
     assert!(!bench.bits[LIVER..].iter().any(awake), "far organs sleep");
@@ -100,23 +100,23 @@ fn far_organs_stand_still_and_the_force_goes_on() {
 #[test]
 fn an_organ_that_is_touched_is_never_far() {
     let (late, before) = press(|_| false);
-    assert!(moved_m(&late.bench.centers_m[..LIVER], &before[..LIVER]) > 0.001);
+    assert!(distance_max_m(&late.bench.centers_m[..LIVER], &before[..LIVER]) > 0.001);
     assert!(norm(&late.bench.force_n) > 0.1);
 }
 
 #[test]
-fn self_collision_left_out_is_made_up_for() {
+fn omitted_self_collision_is_made_up_later() {
     let mut anatomy = Anatomy::liver_and_gallbladder();
     anatomy.organs[1].gravity_share = 1.0;
     let (mut state, mut paper) = (Box::new(State::new()), paper(Some(PAPER)));
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     sim.solve_by(method(&mut paper));
     let mut late = Late {
         bench: Bench::new(),
         has_time: |work| work != Optional::SelfCollision,
         asked: Vec::new(),
     };
-    // The gallbladder lies on the liver: without contact of organs it sinks into the liver.
+    // The gallbladder lies on the liver. Without contact between organs it sinks into the liver.
     let mut height_m = |ticks: u32, has_time: fn(Optional) -> bool| {
         late.has_time = has_time;
         for _ in 0..ticks {

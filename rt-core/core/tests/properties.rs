@@ -6,7 +6,7 @@ mod rig;
 mod testing;
 
 use proptest::prelude::*;
-use rig::{Bench, TOUCH, at_tip, organ, room, tracker_at};
+use rig::{Bench, TOUCH, organ, room, sample_at_tip, tracker_at};
 use rt_core::math::{Pose, Quat, Vec3, is_finite, norm};
 use rt_core::port::{Buttons, DeviceSample, PedalSample, Polled};
 use rt_core::scene::{Link, Material, Organ, RestSphere, Scene, Tetra, TetraBatch, batches};
@@ -182,7 +182,7 @@ fn feed(bench: &mut Bench, input: &Input) {
     let now = samples.now_ns;
     match input {
         Input::Tip(tip, buttons) => {
-            samples.device = Polled::Fresh(at_tip(tip, Buttons(*buttons), now));
+            samples.device = Polled::Fresh(sample_at_tip(tip, Buttons(*buttons), now));
         }
         Input::Raw(raw, velocity_m_s) => {
             let [x, y, z, i, j, k, w] = *raw;

@@ -52,11 +52,11 @@ impl Bar {
             .expect("a good scene")
     }
 
-    /// Runs `play` on the tissue.
-    fn play<T>(&self, play: impl FnOnce(&mut Tissue<'_>, &[RestSphere]) -> T) -> T {
+    /// Runs `simulate` on the tissue.
+    fn simulate<T>(&self, simulate: impl FnOnce(&mut Tissue<'_>, &[RestSphere]) -> T) -> T {
         let mut bodies = Box::new(Bodies::new());
         let mut tissue = Tissue::new(self.scene(), &mut bodies, Method::NeoHookean);
-        play(&mut tissue, &self.anatomy.spheres)
+        simulate(&mut tissue, &self.anatomy.spheres)
     }
 }
 
@@ -91,7 +91,7 @@ fn tip(spheres: &[RestSphere]) -> u32 {
 
 /// Sag of the cantilever's tip, m.
 fn sag_m(bar: &Bar) -> f32 {
-    bar.play(|tissue, spheres| {
+    bar.simulate(|tissue, spheres| {
         step(tissue, 4000);
         -tissue.displacement_m(tip(spheres)).z
     })
@@ -105,7 +105,7 @@ fn noise(seed: &mut u32) -> f32 {
 
 #[test]
 fn an_organ_at_rest_does_not_drift() {
-    Bar::new().play(|tissue, spheres| {
+    Bar::new().simulate(|tissue, spheres| {
         step(tissue, 3000);
         let drift_m = farthest_m(tissue, spheres);
         assert!(drift_m < 1.0e-6, "{drift_m}");
@@ -114,7 +114,7 @@ fn an_organ_at_rest_does_not_drift() {
 
 #[test]
 fn a_held_end_turned_by_a_quarter_turns_all_of_it() {
-    Bar::new().play(|tissue, spheres| {
+    Bar::new().simulate(|tissue, spheres| {
         let turned = |rest: &Vec3, share: f32| {
             let turn = Quat::from_axis_angle(&Vec3::y_axis(), share * core::f32::consts::FRAC_PI_2);
             turn * rest - rest
@@ -214,7 +214,7 @@ impl Ball {
 }
 
 /// Liver, and tissue that is eight times as stiff, comes to rest when squeezed to 40 % of its
-/// height, and no tetrahedron is inverted. Liver takes equal shapes with one substep and with
+/// height, and no tetrahedron is inverted. The shape of liver is the same with one substep and with
 /// eight.
 #[test]
 fn squeezed_tissue_stays_whole() {
@@ -259,7 +259,7 @@ fn viscosity_does_not_change_a_sag() {
     let sag_m = |retardation_s| {
         let mut bar = Bar::new().with_gravity();
         bar.organ().material.retardation_s = retardation_s;
-        bar.play(|tissue, spheres| {
+        bar.simulate(|tissue, spheres| {
             step(tissue, 12_000);
             -tissue.displacement_m(tip(spheres)).z
         })
@@ -271,10 +271,11 @@ fn viscosity_does_not_change_a_sag() {
     }
 }
 
-/// A sphere whose velocity is no number for one tick is put back, and the organ goes on as before.
+/// A sphere whose velocity is NaN in one tick is put back to its last place, and the organ
+/// continues as before.
 #[test]
-fn a_sphere_that_is_no_number_spoils_no_later_tick() {
-    Bar::new().with_gravity().play(|tissue, spheres| {
+fn nan_in_one_sphere_does_not_spread() {
+    Bar::new().with_gravity().simulate(|tissue, spheres| {
         step(tissue, 10);
         let none = Vec3::new(f32::NAN, 0.0, 0.0);
         tissue.put(tip(spheres), &Vec3::zeros(), &none);
@@ -308,7 +309,7 @@ fn a_free_spin_keeps_momentum_and_gains_no_energy() {
     }
     bar.organ().material.damping_per_s = 0.0;
     bar.organ().material.retardation_s = 0.0;
-    bar.play(|tissue, spheres| {
+    bar.simulate(|tissue, spheres| {
         let spin = Vec3::new(0.0, 0.0, 4.0);
         for (i, sphere) in (0u32..).zip(spheres) {
             tissue.put(
@@ -349,7 +350,7 @@ fn a_free_spin_keeps_momentum_and_gains_no_energy() {
 
 #[test]
 fn pulled_to_five_times_its_length_it_comes_back() {
-    Bar::new().play(|tissue, spheres| {
+    Bar::new().simulate(|tissue, spheres| {
         let far: Vec<u32> = (0..spheres.len() as u32)
             .filter(|&i| spheres[i as usize].center_m.x > 0.045)
             .collect();
@@ -372,9 +373,9 @@ fn pulled_to_five_times_its_length_it_comes_back() {
 }
 
 /// Displaces every free sphere to `elsewhere`, and asserts that it comes back.
-fn recovers(name: &str, elsewhere: impl Fn(&Vec3, &mut u32) -> Vec3) {
+fn assert_recovers(name: &str, elsewhere: impl Fn(&Vec3, &mut u32) -> Vec3) {
     let bar = Bar::new();
-    let left_m = bar.play(|tissue, spheres| {
+    let left_m = bar.simulate(|tissue, spheres| {
         let mut seed = 7;
         for (i, sphere) in (0u32..).zip(spheres).filter(|(_, sphere)| !sphere.held) {
             let to = elsewhere(&sphere.center_m, &mut seed);
@@ -388,28 +389,28 @@ fn recovers(name: &str, elsewhere: impl Fn(&Vec3, &mut u32) -> Vec3) {
 
 #[test]
 fn flattened_to_a_plane_it_comes_back() {
-    recovers("plane", |at, _| Vec3::new(at.x, at.y, 0.0));
-    recovers("plane across", |at, _| Vec3::new(-0.03, at.y, at.z));
+    assert_recovers("plane", |at, _| Vec3::new(at.x, at.y, 0.0));
+    assert_recovers("plane across", |at, _| Vec3::new(-0.03, at.y, at.z));
 }
 
 #[test]
 fn drawn_into_a_line_or_a_point_it_comes_back() {
-    recovers("line", |at, _| Vec3::new(at.x, 0.0, 0.0));
-    recovers("point", |_, _| Vec3::new(-0.02, 0.0, 0.0));
+    assert_recovers("line", |at, _| Vec3::new(at.x, 0.0, 0.0));
+    assert_recovers("point", |_, _| Vec3::new(-0.02, 0.0, 0.0));
 }
 
 #[test]
 fn scrambled_it_comes_back() {
-    recovers("scrambled", |_, seed| {
+    assert_recovers("scrambled", |_, seed| {
         Vec3::new(0.05 * noise(seed), 0.03 * noise(seed), 0.03 * noise(seed))
     });
 }
 
 #[test]
-fn spheres_in_each_others_places_find_their_own() {
+fn swapped_spheres_return_to_their_places() {
     let bar = Bar::new();
     for seed in 1..=6 {
-        let left_m = bar.play(|tissue, spheres| {
+        let left_m = bar.simulate(|tissue, spheres| {
             let mut dice = seed;
             let mut free: Vec<u32> = (0..spheres.len() as u32)
                 .filter(|&i| !spheres[i as usize].held)
@@ -432,7 +433,7 @@ fn spheres_in_each_others_places_find_their_own() {
 
 #[test]
 fn turned_inside_out_it_comes_back() {
-    recovers("inside out", |at, _| Vec3::new(at.x, at.y, -at.z));
+    assert_recovers("inside out", |at, _| Vec3::new(at.x, at.y, -at.z));
 }
 
 #[test]
@@ -445,7 +446,7 @@ fn hanging_far_from_the_origin_it_is_still() {
         for sphere in &mut bar.anatomy.spheres {
             sphere.center_m += Vec3::new(0.6, 0.6, -0.6);
         }
-        let fastest = bar.play(|tissue, spheres| {
+        let fastest = bar.simulate(|tissue, spheres| {
             step(tissue, 5000);
             fastest_m_s(tissue, spheres)
         });
@@ -466,7 +467,7 @@ fn a_thread_pulls_but_never_pushes_and_a_band_does_both() {
             is_thread,
             tear_j: 0.0,
         });
-        bar.play(|tissue, _| {
+        bar.simulate(|tissue, _| {
             step(tissue, 2000);
             tissue.displacement_m(tip)
         })
@@ -479,11 +480,11 @@ fn a_thread_pulls_but_never_pushes_and_a_band_does_both() {
 }
 
 #[test]
-fn breathing_carries_what_is_held_and_what_hangs_on_it() {
+fn breathing_moves_held_spheres_and_attached_tissue() {
     let mut bar = Bar::new();
     bar.room.breath_s = 2.0;
     bar.organ().breath_m = Vec3::new(0.0, 0.0, 0.01);
-    bar.play(|tissue, spheres| {
+    bar.simulate(|tissue, spheres| {
         let lowest = |tissue: &Tissue<'_>| {
             let all = displacements(tissue, spheres);
             all.iter().map(|u| u.z).fold(f32::MAX, f32::min)

@@ -49,7 +49,7 @@ impl<'a> Records<'a> {
         }
     }
 
-    /// Records of a scene that is not written to a file yet. `None` if the scene has no room.
+    /// Records of a scene that is not in a file yet. `None` if the scene has no room.
     #[must_use]
     pub fn of_data(data: &'a SceneData) -> Option<Self> {
         Some(Self {
@@ -90,7 +90,8 @@ impl SceneStorage {
     /// Converts the records. [`SceneStorage::scene`] checks them.
     ///
     /// # Errors
-    /// When tetrahedra name spheres that do not exist.
+    /// If a tetrahedron is flat or inverted at rest, represents no volume, or names a sphere that
+    /// does not exist.
     pub fn new(records: Records<'_>) -> Result<Self, SceneError> {
         let spheres: Vec<RestSphere> = records.spheres.iter().map(sphere).collect();
         let mut organs: Vec<Organ> = records.organs.iter().map(organ).collect();
@@ -273,7 +274,7 @@ fn room(record: &RoomRecord) -> Room {
 #[must_use]
 pub fn pose(message: &PoseMsg) -> Pose {
     let [x, y, z, w] = message.orientation;
-    // The quaternion can be normalised: the check of the file ensures a length near one.
+    // The quaternion can be normalised, because the check of the file ensures a length near one.
     let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
     Pose::from_parts(Vec3::from(message.position_m).into(), rotation)
 }

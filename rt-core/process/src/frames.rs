@@ -62,9 +62,9 @@ pub(crate) fn fill_state(
     frame.suture_count = suture_count;
     let mut link_count = 0;
     frame.parted = [0; MAX_TUBE_LINKS / 8];
-    for is_parted in view.parted_links() {
+    for is_severed in view.severed_links() {
         if let Some(bits) = frame.parted.get_mut(link_count / 8) {
-            *bits |= u8::from(is_parted) << (link_count % 8);
+            *bits |= u8::from(is_severed) << (link_count % 8);
         }
         link_count += 1;
     }

@@ -9,11 +9,12 @@
 //! force       case × contact law × spheres → force over depth against the reference
 //! surface     scene × hand × organ → faults of the drawn skin under tools
 //! rest        value of a recipe → speed of tissue that should rest
+//! stay        organ × work → where everything lies two seconds later
 //! solve-force the references of force that are missing
 //! calculix    two references of force, by CalculiX → forces side by side
 //! measured    published measurement → what Calot gives under the same condition
 //! hands       recorded hands of surgeons and novices → the metrics that tell them apart
-//! all         the first eight, as CSV, SVG and one offline page
+//! all         the first nine, as CSV, SVG and one offline page
 //! tables      the CSV files in tests/results → the tables of its README.md
 //! ```
 
@@ -37,6 +38,7 @@ mod scene;
 mod seeded_hand;
 mod solved;
 mod stability;
+mod stay;
 mod surface;
 mod tables;
 
@@ -110,6 +112,9 @@ enum Command {
     /// Lays tissue to rest: sweeps of material, spheres, hold, gravity and form, and the speed that
     /// is left after 5 s.
     Rest(Asked),
+    /// Presses, pulls and sweeps at every organ, and finds what left its place, lies in another organ
+    /// or still moves 2 s later.
+    Stay(Asked),
     /// Measures recorded hands of surgeons and novices with the metrics of sessions. Finds which
     /// metrics tell the two apart, at which rates and with which noise.
     ///
@@ -141,12 +146,13 @@ enum Chart {
     Haptics,
     Surface,
     Rest,
+    Stay,
     Reference,
 }
 
 impl Chart {
     /// All charts in the order of the page.
-    const ALL: [Self; 8] = [
+    const ALL: [Self; 9] = [
         Self::Accuracy,
         Self::Stability,
         Self::Force,
@@ -154,6 +160,7 @@ impl Chart {
         Self::Haptics,
         Self::Surface,
         Self::Rest,
+        Self::Stay,
         Self::Reference,
     ];
 
@@ -167,6 +174,7 @@ impl Chart {
             Self::Haptics => measure_haptics(asked),
             Self::Surface => measure_surface(asked),
             Self::Rest => measure_rest(asked),
+            Self::Stay => measure_stay(asked),
             Self::Reference => measure_reference(asked),
         }
     }
@@ -215,6 +223,7 @@ fn perform(command: Command) -> Result<(), String> {
         Command::Haptics(asked) => run(&asked, &[Chart::Haptics]),
         Command::Surface(asked) => run(&asked, &[Chart::Surface]),
         Command::Rest(asked) => run(&asked, &[Chart::Rest]),
+        Command::Stay(asked) => run(&asked, &[Chart::Stay]),
         Command::Hands(asked) => measure_hands(&asked),
         Command::Measured(asked) => compare_with_measured(&asked),
         Command::All(asked) => run(&asked, &Chart::ALL),
@@ -233,7 +242,8 @@ impl Command {
         | Self::Collision(asked)
         | Self::Haptics(asked)
         | Self::Surface(asked)
-        | Self::Rest(asked)) = self
+        | Self::Rest(asked)
+        | Self::Stay(asked)) = self
         else {
             return Ok(());
         };
@@ -385,6 +395,12 @@ fn measure_rest(asked: &Asked) -> Result<Vec<Section>, String> {
     let rows = rest::run(&asked.out, asked.quick, asked.only())?;
     write(&asked.out, "rest.csv", &rest::csv(&rows))?;
     Ok(vec![rest::section(&rows)])
+}
+
+fn measure_stay(asked: &Asked) -> Result<Vec<Section>, String> {
+    let rows = stay::run(asked.quick, asked.only())?;
+    write(&asked.out, "stay.csv", &stay::csv(&rows))?;
+    Ok(vec![stay::section(&rows)])
 }
 
 fn measure_reference(asked: &Asked) -> Result<Vec<Section>, String> {

@@ -1,10 +1,9 @@
 //! Contact constraints between tools and tissue, and their solver.
 //!
-//! A constraint demands that a tool and the tissue under it do not overlap. The displacement of the
-//! spheres and the dent of the contact model ([`crate::contact::law`], or a tube's wall) together
-//! close the separation. The contact force pushes the spheres, and the hand feels it. The
-//! constraints of an organ are solved by Gauss–Seidel in every substep, from the last forces (warm
-//! start).
+//! A constraint demands that a tool and the tissue under it do not overlap. Displacement of the
+//! spheres and dent of the contact model ([`crate::contact::law`], or a tube's wall) together take
+//! up the overlap. The contact force pushes the spheres, and the hand feels it. The constraints of
+//! an organ are solved by Gauss–Seidel in every substep, from the last forces (warm start).
 
 use heapless::Vec;
 
@@ -20,14 +19,14 @@ use crate::time::TICK_S;
 use crate::tissue::Bodies;
 use crate::tool::{Role, Tool};
 
-/// Gauss–Seidel passes over the constraints of an organ in a substep, from the last forces. More
-/// passes couple contacts on one skin better, and cost time in proportion.
+/// Gauss–Seidel passes over an organ's contact constraints in a substep. More passes couple
+/// contacts on one skin better, and cost time in proportion.
 const PASSES: u32 = 4;
 /// Share of the last contact forces that acts on a solid before the solid's constraints are solved;
-/// the rest acts after them. [`crate::contact`] gives the reason. The right share would be 1 for a
-/// constraint alone, and ½ if only the other constraints counted. Fitted: with ¾, gallbladders of
-/// 250 to 2500 spheres press back nearly as they do in twelve times the substeps; with 0, up to 17
-/// % too little. `evaluate force` shows the remaining difference to finite elements.
+/// the rest acts after them. [`crate::contact`] gives the reason. The share is fitted. With ¾,
+/// gallbladders of 250 to 2500 spheres react with nearly the force that they have with twelve times
+/// as many substeps; with 0, the force is up to 17 % too small. `evaluate force` shows the
+/// remaining difference to finite elements.
 const WARM_START_SHARE: f32 = 0.75;
 
 /// Damping of a tube under a tool, per second, as by the fluid and tissue around a thin tube.
@@ -41,7 +40,7 @@ const DAMPING_PER_S: f32 = 1500.0;
 /// such a candidate is dropped for lack of room.
 pub(crate) const CANDIDATE_MARGIN_M: f32 = 0.001;
 
-/// A place of a tool on a place of tissue.
+/// Pair of places, on a tool and on tissue, that identifies a contact from tick to tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum ContactSite {
     /// A point of the tools on the skin of the constraint's organ.
@@ -50,7 +49,7 @@ pub(crate) enum ContactSite {
     Tube { bead: u16, part: Role },
 }
 
-/// Model of the compliance that the tissue has and its spheres lack.
+/// Model of the compliance that the spheres lack.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum ContactModel {
     /// A half-space under a tool of this shape.
@@ -63,7 +62,7 @@ pub(crate) enum ContactModel {
         flat_m: f32,
         /// Compliance of the tissue behind the wall within a tick, m/N: an estimate that is never
         /// too large.
-        behind_m_n: f32,
+        backing_compliance_m_n: f32,
     },
 }
 
@@ -76,11 +75,15 @@ impl ContactModel {
         }
     }
 
-    /// Stiffness, N/m, that the tool feels through a spring of `stiffness_n_m` on this contact.
-    fn felt_n_m(&self, stiffness_n_m: f32) -> f32 {
+    /// Stiffness that the tool feels, N/m: a spring of `stiffness_n_m` in series with the tissue
+    /// behind it.
+    fn felt_stiffness_n_m(&self, stiffness_n_m: f32) -> f32 {
         match self {
             Self::HalfSpace(_) => stiffness_n_m,
-            Self::Wall { behind_m_n, .. } => stiffness_n_m / (1.0 + stiffness_n_m * behind_m_n),
+            Self::Wall {
+                backing_compliance_m_n,
+                ..
+            } => stiffness_n_m / (1.0 + stiffness_n_m * backing_compliance_m_n),
         }
     }
 
@@ -93,24 +96,30 @@ impl ContactModel {
                 wall_n_m, flat_m, ..
             } if separation_m < 0.0 => {
                 let (force_n, slope_n_m) =
-                    wall(*wall_n_m, *flat_m, -separation_m, sphere_compliance_m_n);
-                (force_n, self.felt_n_m(slope_n_m))
+                    wall_force(*wall_n_m, *flat_m, -separation_m, sphere_compliance_m_n);
+                (force_n, self.felt_stiffness_n_m(slope_n_m))
             }
             Self::Wall { .. } => (0.0, 0.0),
         }
     }
 }
 
-/// Force and stiffness of a wall that is pressed by `d`, with `F = k d (1 + d / D)`. The sphere
-/// behind it yields to the force within the step: `d + y F = deep`, a quadratic equation in `d`.
-fn wall(k_n_m: f32, flat_m: f32, deep_m: f32, sphere_compliance_m_n: f32) -> (f32, f32) {
-    let per_m = flat_m.max(1.0e-6).recip();
-    let a = sphere_compliance_m_n * k_n_m * per_m;
-    let b = 1.0 + sphere_compliance_m_n * k_n_m;
+/// Force, N, and stiffness, N/m, of a wall under the compression d: `F = k d (1 + d / D)`. The
+/// spheres behind the wall yield by `y F` within the step. So `d + y F` equals the overlap, a
+/// quadratic equation in d.
+fn wall_force(
+    wall_n_m: f32,
+    flat_m: f32,
+    overlap_m: f32,
+    sphere_compliance_m_n: f32,
+) -> (f32, f32) {
+    let per_flat_m = flat_m.max(1.0e-6).recip();
+    let a = sphere_compliance_m_n * wall_n_m * per_flat_m;
+    let b = 1.0 + sphere_compliance_m_n * wall_n_m;
     // This form of the root has no cancellation of digits.
-    let pressed_m = 2.0 * deep_m / (b + math::sqrt(b * b + 4.0 * a * deep_m));
-    let force_n = k_n_m * pressed_m * (1.0 + pressed_m * per_m);
-    (force_n, k_n_m * (1.0 + 2.0 * pressed_m * per_m))
+    let compression_m = 2.0 * overlap_m / (b + math::sqrt(b * b + 4.0 * a * overlap_m));
+    let force_n = wall_n_m * compression_m * (1.0 + compression_m * per_flat_m);
+    (force_n, wall_n_m * (1.0 + 2.0 * compression_m * per_flat_m))
 }
 
 /// A persistent contact's force, carried to the next tick.
@@ -123,9 +132,9 @@ pub(crate) struct CachedForce {
 
 impl CachedForce {
     /// The force of no contact.
-    pub(crate) const NOTHING: Self = Self {
+    pub(crate) const ZERO: Self = Self {
         force_n: 0.0,
-        bristle: Bristle::STRAIGHT,
+        bristle: Bristle::RELAXED,
     };
 }
 
@@ -138,9 +147,10 @@ pub(crate) struct ContactConstraint {
     pub(crate) patch: Patch,
     /// Unit vector from tissue to tool.
     pub(crate) normal: Vec3,
-    /// Point on the tool's axis, world frame, m.
+    /// Point of the tool's axis that touches, world frame, m.
     pub(crate) center_m: Vec3,
-    /// Half of the axis of the tool's piece, m; zero for a round end, and on a tube.
+    /// Half of the axis of the piece of the tool that touches, m; zero for a round end, and on a
+    /// tube.
     half_m: Vec3,
     /// Radius of the tool here, m.
     radius_m: f32,
@@ -159,19 +169,19 @@ pub(crate) struct ContactConstraint {
     friction_n: Vec3,
     /// Normal force, N, summed over the substeps so far, each weighted by its share of the tick. At
     /// the end of the tick this is the mean force, which the tool feels.
-    pub(crate) felt_n: f32,
-    /// Friction, N, summed as `felt_n`.
-    pub(crate) felt_friction_n: Vec3,
+    pub(crate) mean_force_n: f32,
+    /// Friction, N, summed as `mean_force_n`.
+    pub(crate) mean_friction_n: Vec3,
     /// Stiffness along the normal, N/m.
     pub(crate) stiffness_n_m: f32,
     /// Stiffness of the friction along the skin, N/m; 0 while the contact slides.
     pub(crate) friction_stiffness_n_m: f32,
     /// Position of the patch before the solve, m.
     patch_start_m: Vec3,
-    /// Height of `center_m` over the patch at which the separation is zero, m. On skin: the tool's
-    /// radius plus the skin's bulge, less the depth by which the skin has sunk and the separation's
-    /// offset.
-    reach_m: f32,
+    /// Height of `center_m` over the patch at which the separation is zero, m. On skin this is the
+    /// tool's radius plus the height of the curved skin over the patch, less the depth by which the
+    /// skin has sunk and less the separation offset.
+    touching_height_m: f32,
     inverse_mass_per_kg: f32,
 }
 
@@ -191,7 +201,7 @@ pub(crate) struct Candidate {
     pub(crate) travel_m: Vec3,
     pub(crate) friction: f32,
     /// Stiffness of the friction bristle, N/m.
-    pub(crate) along_n_m: f32,
+    pub(crate) bristle_stiffness_n_m: f32,
     pub(crate) cached: CachedForce,
 }
 
@@ -207,7 +217,8 @@ impl ContactSite {
 }
 
 impl ContactConstraint {
-    /// This contact as the other contacts need it; `number` is its index among all constraints.
+    /// The data of this contact that the other contacts need; `number` is its index among all
+    /// constraints.
     fn loaded(&self, number: usize) -> LoadedContact {
         let law = match self.model {
             ContactModel::HalfSpace(law) => Some(law),
@@ -219,8 +230,11 @@ impl ContactConstraint {
     fn new(candidate: Candidate, bodies: &Bodies) -> Self {
         let patch_m = candidate.patch.at_m(bodies);
         let (normal, force_n) = (candidate.normal, candidate.cached.force_n);
-        let bristle = candidate.cached.bristle.on(&normal, candidate.along_n_m);
-        // Before anything moves, friction pulls as in the last tick, within its new limit.
+        let bristle = candidate
+            .cached
+            .bristle
+            .on(&normal, candidate.bristle_stiffness_n_m);
+        // Friction begins with the force of the last tick, within its new limit.
         let friction_n = bristle.pull_n(&Vec3::zeros(), &normal, 0.0, candidate.friction * force_n);
         Self {
             organ: candidate.organ,
@@ -237,12 +251,12 @@ impl ContactConstraint {
             bristle,
             force_n,
             friction_n,
-            felt_n: 0.0,
-            felt_friction_n: Vec3::zeros(),
+            mean_force_n: 0.0,
+            mean_friction_n: Vec3::zeros(),
             stiffness_n_m: 0.0,
             friction_stiffness_n_m: 0.0,
             patch_start_m: patch_m,
-            reach_m: normal.dot(&(candidate.center_m - patch_m)) - candidate.separation_m,
+            touching_height_m: normal.dot(&(candidate.center_m - patch_m)) - candidate.separation_m,
             inverse_mass_per_kg: candidate.patch.inverse_mass_per_kg(bodies),
             patch: candidate.patch,
         }
@@ -252,8 +266,8 @@ impl ContactConstraint {
     /// `None` if the tool does not press.
     fn dent(&self, bodies: &Bodies) -> Option<Dent> {
         let height_m = (self.normal).dot(&(self.center_m - self.patch.at_m(bodies)));
-        let depth_m = self.reach_m - height_m;
-        (self.felt_n > 0.0 && depth_m > 0.0).then_some(Dent {
+        let depth_m = self.touching_height_m - height_m;
+        (self.mean_force_n > 0.0 && depth_m > 0.0).then_some(Dent {
             organ: self.organ,
             center_m: self.center_m,
             half_m: self.half_m,
@@ -275,13 +289,13 @@ impl ContactConstraint {
 /// All contact constraints of a tick.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ContactConstraints {
-    near: Vec<ContactConstraint, MAX_CONTACT_CONSTRAINTS>,
-    /// For each organ, one bit per constraint in `near` that belongs to it. So an organ without
+    all: Vec<ContactConstraint, MAX_CONTACT_CONSTRAINTS>,
+    /// For each organ, one bit per constraint in `all` that belongs to it. So an organ without
     /// constraints costs no search.
-    of_organs: [u64; MAX_ORGANS],
+    constraint_bits: [u64; MAX_ORGANS],
 }
 
-const _: () = assert!(MAX_CONTACT_CONSTRAINTS <= 64, "a touch has a bit");
+const _: () = assert!(MAX_CONTACT_CONSTRAINTS <= 64, "each constraint needs a bit");
 
 /// The bits that are set, the lowest first.
 fn set_bits(mut bits: u64) -> impl Iterator<Item = usize> {
@@ -294,27 +308,27 @@ fn set_bits(mut bits: u64) -> impl Iterator<Item = usize> {
 
 impl ContactConstraints {
     pub(crate) fn clear(&mut self) {
-        self.near.clear();
-        self.of_organs = [0; MAX_ORGANS];
+        self.all.clear();
+        self.constraint_bits = [0; MAX_ORGANS];
     }
 
     /// Constraints of an organ, each with its number, in their order.
     fn of_organ(&self, organ: u8) -> impl Iterator<Item = (usize, &ContactConstraint)> {
-        let bits = self.of_organs.get(usize::from(organ));
-        let own = set_bits(bits.copied().unwrap_or(0));
-        own.filter_map(|number| Some((number, self.near.get(number)?)))
+        let bits = self.constraint_bits.get(usize::from(organ));
+        let numbers = set_bits(bits.copied().unwrap_or(0));
+        numbers.filter_map(|number| Some((number, self.all.get(number)?)))
     }
 
-    /// Notes that the constraint with this number belongs to `organ`, or no longer does.
-    fn note(&mut self, number: usize, organ: u8, is_there: bool) {
-        if let Some(bits) = self.of_organs.get_mut(usize::from(organ)) {
+    /// Records whether the constraint with this number belongs to `organ`.
+    fn set_owner_bit(&mut self, number: usize, organ: u8, is_own: bool) {
+        if let Some(bits) = self.constraint_bits.get_mut(usize::from(organ)) {
             let bit = 1 << (number & 63);
-            *bits = if is_there { *bits | bit } else { *bits & !bit };
+            *bits = if is_own { *bits | bit } else { *bits & !bit };
         }
     }
 
     pub(crate) fn iter(&self) -> impl Iterator<Item = &ContactConstraint> {
-        self.near.iter()
+        self.all.iter()
     }
 
     /// The dents of the tools in the tissue, after the solve.
@@ -322,15 +336,15 @@ impl ContactConstraints {
         self.iter().filter_map(|constraint| constraint.dent(bodies))
     }
 
-    /// Adds a constraint. When there is no room, the deepest constraints stay.
+    /// Adds a constraint. When there is no room, the shallowest constraint is dropped.
     pub(crate) fn add(&mut self, candidate: Candidate, bodies: &Bodies, faults: &mut FaultSet) {
-        let (organ, number) = (candidate.organ, self.near.len());
-        let Err(constraint) = self.near.push(ContactConstraint::new(candidate, bodies)) else {
-            self.note(number, organ, true);
+        let (organ, number) = (candidate.organ, self.all.len());
+        let Err(constraint) = self.all.push(ContactConstraint::new(candidate, bodies)) else {
+            self.set_owner_bit(number, organ, true);
             return;
         };
-        let mut lost_m = constraint.separation_m;
-        let shallowest = self.near.iter_mut().enumerate().reduce(|a, b| {
+        let mut dropped_separation_m = constraint.separation_m;
+        let shallowest = self.all.iter_mut().enumerate().reduce(|a, b| {
             if b.1.separation_m > a.1.separation_m {
                 b
             } else {
@@ -340,21 +354,25 @@ impl ContactConstraints {
         if let Some((number, shallowest)) =
             shallowest.filter(|it| it.1.separation_m > constraint.separation_m)
         {
-            lost_m = shallowest.separation_m;
+            dropped_separation_m = shallowest.separation_m;
             let removed = shallowest.organ;
             *shallowest = constraint;
-            self.note(number, removed, false);
-            self.note(number, organ, true);
+            self.set_owner_bit(number, removed, false);
+            self.set_owner_bit(number, organ, true);
         }
-        faults.raise_if(lost_m < CANDIDATE_MARGIN_M, Fault::ContactOverflow);
+        faults.raise_if(
+            dropped_separation_m < CANDIDATE_MARGIN_M,
+            Fault::ContactOverflow,
+        );
     }
 
     /// Pushes organ `organ` with a share of the last forces ([`WARM_START_SHARE`]), in a substep of
     /// `step_s`, before the organ's constraints are solved. Tubes are damped instead. Friction has
-    /// no warm start: it would drag tissue that has slid since, and make the tissue shake.
+    /// no warm start: it would drag tissue that has slid since the last substep, and make the
+    /// tissue shake.
     pub(crate) fn warm_start(&self, organ: u8, step_s: f32, bodies: &mut Bodies) {
-        let presses = |(_, constraint): &(usize, &ContactConstraint)| constraint.force_n > 0.0;
-        for (_, constraint) in self.of_organ(organ).filter(presses) {
+        let is_loaded = |(_, constraint): &(usize, &ContactConstraint)| constraint.force_n > 0.0;
+        for (_, constraint) in self.of_organ(organ).filter(is_loaded) {
             if let ContactModel::Wall { .. } = constraint.model {
                 constraint
                     .patch
@@ -370,85 +388,88 @@ impl ContactConstraints {
     /// Solves the constraints of organ `organ`, in a substep of `step_s`, after
     /// [`ContactConstraints::warm_start`].
     pub(crate) fn solve(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
-        let squared = step_s * step_s;
-        // The rest of the last forces acts first, so that the passes compute only the change.
-        let presses = |(_, constraint): &(usize, &ContactConstraint)| constraint.force_n > 0.0;
-        for (_, constraint) in self.of_organ(organ).filter(presses) {
-            let left = (1.0 - constraint.model.warm_start_share()) * constraint.force_n;
-            let push = (constraint.normal * left + constraint.friction_n) * -squared;
+        let step_squared_s2 = step_s * step_s;
+        // First the rest of the last forces acts, so that the passes compute only changes.
+        let is_loaded = |(_, constraint): &(usize, &ContactConstraint)| constraint.force_n > 0.0;
+        for (_, constraint) in self.of_organ(organ).filter(is_loaded) {
+            let remaining_n = (1.0 - constraint.model.warm_start_share()) * constraint.force_n;
+            let push = (constraint.normal * remaining_n + constraint.friction_n) * -step_squared_s2;
             constraint.patch.push(&push, bodies);
         }
-        let mut influences = Influences::of(
+        let mut influences = Influences::new(
             self.of_organ(organ)
                 .map(|(i, constraint)| constraint.loaded(i)),
         );
         for _ in 0..PASSES {
-            for own in 0..influences.len() {
-                let Some(constraint) = influences.constraint(own).and_then(|i| self.near.get(i))
+            for index in 0..influences.len() {
+                let Some(constraint) = influences.constraint(index).and_then(|i| self.all.get(i))
                 else {
                     continue;
                 };
-                let sphere_compliance_m_n = constraint.inverse_mass_per_kg * squared;
+                let sphere_compliance_m_n = constraint.inverse_mass_per_kg * step_squared_s2;
                 let patch_m = constraint.patch.at_m(bodies);
                 let height_m = constraint.normal.dot(&(constraint.center_m - patch_m));
                 // The separation without this contact's own force.
-                let separation_m =
-                    height_m - constraint.reach_m - sphere_compliance_m_n * constraint.force_n;
+                let separation_m = height_m
+                    - constraint.touching_height_m
+                    - sphere_compliance_m_n * constraint.force_n;
                 if separation_m >= 0.0 && constraint.force_n <= 0.0 {
                     // This contact has no force and gets none, because the others can only press
                     // the skin away from it.
                     continue;
                 }
-                let separation_m = separation_m + influences.displacement_by_others_m(own);
+                let separation_m = separation_m + influences.displacement_by_others_m(index);
                 let (force_n, stiffness_n_m) = constraint
                     .model
                     .force_n(separation_m, sphere_compliance_m_n);
                 // Along the skin: travel of the tool relative to the tissue, without this contact's
                 // friction.
-                let ahead_m = constraint.travel_m
+                let relative_travel_m = constraint.travel_m
                     - (patch_m - constraint.patch_start_m)
                     - constraint.friction_n * sphere_compliance_m_n;
-                let most_n = constraint.friction * force_n;
+                let friction_max_n = constraint.friction * force_n;
                 let friction_n = constraint.bristle.pull_n(
-                    &ahead_m,
+                    &relative_travel_m,
                     &constraint.normal,
                     sphere_compliance_m_n,
-                    most_n,
+                    friction_max_n,
                 );
                 let change_n = constraint.normal * (constraint.force_n - force_n)
                     + (constraint.friction_n - friction_n);
-                constraint.patch.push(&(change_n * squared), bodies);
-                influences.set_force(own, force_n);
+                constraint.patch.push(&(change_n * step_squared_s2), bodies);
+                influences.set_force(index, force_n);
                 if let Some(constraint) = influences
-                    .constraint(own)
-                    .and_then(|i| self.near.get_mut(i))
+                    .constraint(index)
+                    .and_then(|i| self.all.get_mut(i))
                 {
                     constraint.force_n = force_n;
                     constraint.stiffness_n_m = stiffness_n_m;
                     constraint.friction_n = friction_n;
                     // A sliding or frictionless contact adds no stiffness along the skin.
-                    let sticks = math::norm(&friction_n) < 0.999 * most_n;
-                    // `behind_m_n` of a wall already includes the compliance of the spheres.
-                    let felt_n_m = match constraint.model {
+                    let sticks = math::norm(&friction_n) < 0.999 * friction_max_n;
+                    // `backing_compliance_m_n` of a wall already includes the compliance of the
+                    // spheres.
+                    let felt_stiffness_n_m = match constraint.model {
                         ContactModel::HalfSpace(_) => {
-                            constraint.bristle.felt_n_m(sphere_compliance_m_n)
+                            constraint.bristle.felt_stiffness_n_m(sphere_compliance_m_n)
                         }
-                        ContactModel::Wall { .. } => {
-                            constraint.model.felt_n_m(constraint.bristle.felt_n_m(0.0))
-                        }
+                        ContactModel::Wall { .. } => constraint
+                            .model
+                            .felt_stiffness_n_m(constraint.bristle.felt_stiffness_n_m(0.0)),
                     };
-                    constraint.friction_stiffness_n_m = if sticks { felt_n_m } else { 0.0 };
+                    constraint.friction_stiffness_n_m =
+                        if sticks { felt_stiffness_n_m } else { 0.0 };
                 }
             }
         }
         let share = step_s / TICK_S;
-        for own in 0..influences.len() {
+        for index in 0..influences.len() {
             if let Some(constraint) = influences
-                .constraint(own)
-                .and_then(|i| self.near.get_mut(i))
+                .constraint(index)
+                .and_then(|i| self.all.get_mut(i))
             {
-                constraint.felt_n += constraint.force_n * share;
-                constraint.felt_friction_n += constraint.friction_n * share;
+                constraint.mean_force_n += constraint.force_n * share;
+                constraint.mean_friction_n += constraint.friction_n * share;
             }
         }
     }

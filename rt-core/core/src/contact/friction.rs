@@ -12,18 +12,18 @@ use crate::math::{self, Vec3};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Bristle {
     /// Displacement of the tool relative to the skin point to which it sticks, along the skin, m.
-    bent_m: Vec3,
+    deflection_m: Vec3,
     /// Stiffness, N/m; 0 before the first touch.
     stiffness_n_m: f32,
 }
 
 /// Least share of the half-space's compliance that the bristle keeps. Under a contact wider than
-/// their spacing, the spheres already have all of this compliance: a bristle without this share
-/// would be rigid and chatter against the spheres. A larger share softens the friction of wide
+/// the spacing of the spheres, the spheres already supply all of this compliance. Without this
+/// share the bristle would be rigid there, and chatter. A larger share softens the friction of wide
 /// contacts.
-const LEAST_SHARE: f32 = 0.25;
+const COMPLIANCE_SHARE_MIN: f32 = 0.25;
 
-/// Stiffness along the skin, N/m, of tissue with modulus `E / (1 − ν²)` under a contact of this
+/// Stiffness of the bristle, N/m, on tissue with modulus `E / (1 − ν²)` under a contact of this
 /// half-width. `mesh_compliance_m_n` is the compliance of the spheres normal to the skin.
 pub(crate) fn stiffness_n_m(
     modulus_pa: f32,
@@ -31,76 +31,77 @@ pub(crate) fn stiffness_n_m(
     half_width_m: f32,
     mesh_compliance_m_n: f32,
 ) -> f32 {
-    let across_m_n = (2.0 * modulus_pa * half_width_m.max(SHARP_M)).recip();
-    (along_over_across(poisson) * (across_m_n - mesh_compliance_m_n).max(LEAST_SHARE * across_m_n))
-        .recip()
+    let normal_m_n = (2.0 * modulus_pa * half_width_m.max(HALF_WIDTH_MIN_M)).recip();
+    (tangential_over_normal_compliance(poisson)
+        * (normal_m_n - mesh_compliance_m_n).max(COMPLIANCE_SHARE_MIN * normal_m_n))
+    .recip()
 }
 
 /// Compliance of the tissue along its skin over its compliance normal to the skin (Cerruti's mean
 /// over Boussinesq's).
-pub(crate) fn along_over_across(poisson: f32) -> f32 {
+pub(crate) fn tangential_over_normal_compliance(poisson: f32) -> f32 {
     (2.0 - poisson) / (2.0 * (1.0 - poisson))
 }
 
 /// Least half-width, m; a narrower contact would have almost no stiffness.
-const SHARP_M: f32 = 1.0e-5;
+const HALF_WIDTH_MIN_M: f32 = 1.0e-5;
 
 impl Bristle {
     /// Bristle of a contact that has not begun.
-    pub(crate) const STRAIGHT: Self = Self {
-        bent_m: Vec3::new(0.0, 0.0, 0.0),
+    pub(crate) const RELAXED: Self = Self {
+        deflection_m: Vec3::new(0.0, 0.0, 0.0),
         stiffness_n_m: 0.0,
     };
 
-    /// This bristle on skin with this normal and with this new stiffness, N/m. A bristle that
-    /// stiffens keeps its force; a bristle that softens keeps its bend. So neither change adds
-    /// energy.
+    /// This bristle with a new normal of the skin and a new stiffness, N/m. A bristle that stiffens
+    /// keeps its force; a bristle that softens keeps its deflection. So neither change adds energy.
     pub(crate) fn on(&self, normal: &Vec3, stiffness_n_m: f32) -> Self {
-        let keep = if stiffness_n_m > self.stiffness_n_m {
+        let scale = if stiffness_n_m > self.stiffness_n_m {
             self.stiffness_n_m / stiffness_n_m
         } else {
             1.0
         };
         Self {
-            bent_m: along(&self.bent_m, normal) * keep,
+            deflection_m: tangential(&self.deflection_m, normal) * scale,
             stiffness_n_m,
         }
     }
 
-    /// Force on the tool, N, at most `most_n`. The tool has travelled by `travel_m` relative to the
-    /// skin before this force acts. The skin yields to the force with `sphere_compliance_m_n`.
+    /// Force on the tool, N, at most `force_max_n`. The tool has travelled by `travel_m` relative
+    /// to the skin before this force acts. The skin yields to the force with
+    /// `sphere_compliance_m_n`.
     pub(crate) fn pull_n(
         &self,
         travel_m: &Vec3,
         normal: &Vec3,
         sphere_compliance_m_n: f32,
-        most_n: f32,
+        force_max_n: f32,
     ) -> Vec3 {
-        let bent_m = self.bent_m + along(travel_m, normal);
-        let sticking =
-            bent_m * (-self.stiffness_n_m / (1.0 + self.stiffness_n_m * sphere_compliance_m_n));
-        let size_n = math::norm(&sticking);
-        if size_n <= most_n {
-            sticking
+        let deflection_m = self.deflection_m + tangential(travel_m, normal);
+        let stuck_n = deflection_m
+            * (-self.stiffness_n_m / (1.0 + self.stiffness_n_m * sphere_compliance_m_n));
+        let stuck_size_n = math::norm(&stuck_n);
+        if stuck_size_n <= force_max_n {
+            stuck_n
         } else {
-            sticking * (most_n / size_n)
+            stuck_n * (force_max_n / stuck_size_n)
         }
     }
 
     /// Stiffness that the tool feels in a step in which the skin yields with
     /// `sphere_compliance_m_n`, N/m.
-    pub(crate) fn felt_n_m(&self, sphere_compliance_m_n: f32) -> f32 {
+    pub(crate) fn felt_stiffness_n_m(&self, sphere_compliance_m_n: f32) -> f32 {
         self.stiffness_n_m / (1.0 + self.stiffness_n_m * sphere_compliance_m_n)
     }
 
-    /// The bristle after it has pulled with this force. Bending beyond this force was sliding and
-    /// is dropped.
+    /// The bristle after it has pulled with this force. Its deflection is the one that gives this
+    /// force; any further travel was sliding.
     pub(crate) fn after(&self, pull_n: &Vec3) -> Self {
         let per_n = self.stiffness_n_m.max(f32::MIN_POSITIVE).recip();
-        let bent_m = -pull_n * per_n;
+        let deflection_m = -pull_n * per_n;
         Self {
-            bent_m: if math::is_finite(&bent_m) {
-                bent_m
+            deflection_m: if math::is_finite(&deflection_m) {
+                deflection_m
             } else {
                 Vec3::zeros()
             },
@@ -110,7 +111,7 @@ impl Bristle {
 }
 
 /// Component of `v` along the skin.
-fn along(v: &Vec3, normal: &Vec3) -> Vec3 {
+fn tangential(v: &Vec3, normal: &Vec3) -> Vec3 {
     v - normal * normal.dot(v)
 }
 
@@ -125,9 +126,14 @@ mod tests {
     const UP: Vec3 = Vec3::new(0.0, 0.0, 1.0);
 
     /// One tick on skin that does not yield.
-    fn go(bristle: Bristle, travel_m: Vec3, stiffness_n_m: f32, most_n: f32) -> (Bristle, Vec3) {
+    fn tick(
+        bristle: Bristle,
+        travel_m: Vec3,
+        stiffness_n_m: f32,
+        force_max_n: f32,
+    ) -> (Bristle, Vec3) {
         let now = bristle.on(&UP, stiffness_n_m);
-        let pull_n = now.pull_n(&travel_m, &UP, 0.0, most_n);
+        let pull_n = now.pull_n(&travel_m, &UP, 0.0, force_max_n);
         (now.after(&pull_n), pull_n)
     }
 
@@ -147,33 +153,33 @@ mod tests {
     #[test]
     fn bristle_sticks_slides_and_reverses() {
         // At 100 N/m and at most 20 mN, the bristle sticks for 0.2 mm.
-        let (at_rest, none) = go(Bristle::STRAIGHT, Vec3::zeros(), 100.0, 0.02);
+        let (at_rest, none) = tick(Bristle::RELAXED, Vec3::zeros(), 100.0, 0.02);
         assert!(math::norm(&none) <= 0.0);
-        let (stuck, pull_n) = go(at_rest, Vec3::new(1.0e-4, 0.0, 0.0), 100.0, 0.02);
+        let (stuck, pull_n) = tick(at_rest, Vec3::new(1.0e-4, 0.0, 0.0), 100.0, 0.02);
         assert!(math::norm(&(pull_n - Vec3::new(-0.01, 0.0, 0.0))) < 1.0e-8);
-        let (back, pull_n) = go(stuck, Vec3::new(-1.0e-4, 0.0, 0.0), 100.0, 0.02);
-        assert!(math::norm(&pull_n) < 1.0e-8 && math::norm(&back.bent_m) < 1.0e-10);
-        let (slid, pull_n) = go(stuck, Vec3::new(5.0e-4, 0.0, 0.0), 100.0, 0.02);
+        let (back, pull_n) = tick(stuck, Vec3::new(-1.0e-4, 0.0, 0.0), 100.0, 0.02);
+        assert!(math::norm(&pull_n) < 1.0e-8 && math::norm(&back.deflection_m) < 1.0e-10);
+        let (slid, pull_n) = tick(stuck, Vec3::new(5.0e-4, 0.0, 0.0), 100.0, 0.02);
         assert!(math::norm(&(pull_n - Vec3::new(-0.02, 0.0, 0.0))) < 1.0e-8);
         // Reversed: after 0.2 mm back the bristle is straight, and a tick without motion has no
         // force.
-        let (straight, pull_n) = go(slid, Vec3::new(-2.0e-4, 0.0, 0.0), 100.0, 0.02);
+        let (straight, pull_n) = tick(slid, Vec3::new(-2.0e-4, 0.0, 0.0), 100.0, 0.02);
         assert!(math::norm(&pull_n) < 1.0e-8, "{pull_n}");
-        let (_, pull_n) = go(straight, Vec3::zeros(), 100.0, 0.02);
+        let (_, pull_n) = tick(straight, Vec3::zeros(), 100.0, 0.02);
         assert!(math::norm(&pull_n) < 1.0e-8, "{pull_n}");
         // Lifted off the skin, the bristle is straight again.
-        let (lifted, pull_n) = go(slid, Vec3::zeros(), 100.0, 0.0);
-        assert!(math::norm(&pull_n) <= 0.0 && math::norm(&lifted.bent_m) <= 0.0);
+        let (lifted, pull_n) = tick(slid, Vec3::zeros(), 100.0, 0.0);
+        assert!(math::norm(&pull_n) <= 0.0 && math::norm(&lifted.deflection_m) <= 0.0);
     }
 
     #[test]
     fn compliant_skin_halves_the_pull() {
         // Skin that is as compliant as the bristle takes half of the travel, so the force is
         // halved.
-        let bristle = Bristle::STRAIGHT.on(&UP, 100.0);
+        let bristle = Bristle::RELAXED.on(&UP, 100.0);
         let pull_n = bristle.pull_n(&Vec3::new(1.0e-4, 0.0, 0.5), &UP, 0.01, 1.0);
         assert!(math::norm(&(pull_n - Vec3::new(-0.005, 0.0, 0.0))) < 1.0e-8);
-        assert!((bristle.felt_n_m(0.01) - 50.0).abs() < 1.0e-4);
+        assert!((bristle.felt_stiffness_n_m(0.01) - 50.0).abs() < 1.0e-4);
     }
 
     proptest! {
@@ -182,26 +188,26 @@ mod tests {
         fn friction_makes_no_energy(
             ways in prop::collection::vec((vector(3.0e-4), 1.0f32..300.0, 0.0f32..0.05), 1..60),
         ) {
-            let (mut bristle, mut given_j) = (Bristle::STRAIGHT, 0.0f64);
-            for (way, stiffness_n_m, most_n) in ways {
-                let (next, pull_n) = go(bristle, way, stiffness_n_m, most_n);
-                prop_assert!(math::norm(&pull_n) <= most_n * 1.0001);
+            let (mut bristle, mut given_j) = (Bristle::RELAXED, 0.0f64);
+            for (way, stiffness_n_m, force_max_n) in ways {
+                let (next, pull_n) = tick(bristle, way, stiffness_n_m, force_max_n);
+                prop_assert!(math::norm(&pull_n) <= force_max_n * 1.0001);
                 prop_assert!(pull_n.z.abs() < 1.0e-9);
                 // Work of an implicit step: the force at its end over its whole travel.
                 given_j -= f64::from(pull_n.dot(&way));
                 bristle = next;
-                let stored_j = f64::from(0.5 * stiffness_n_m * bristle.bent_m.norm_squared());
+                let stored_j = f64::from(0.5 * stiffness_n_m * bristle.deflection_m.norm_squared());
                 prop_assert!(stored_j <= given_j + 1.0e-9, "{stored_j} of {given_j}");
             }
         }
 
         /// A sliding bristle pulls against the travel.
         #[test]
-        fn sliding_friction_opposes_the_travel(way in vector(1.0e-3), most_n in 1.0e-4f32..0.01) {
-            prop_assume!(math::norm(&along(&way, &UP)) > 1.0e-4);
-            let (_, pull_n) = go(Bristle::STRAIGHT, way, 300.0, most_n);
-            let against = -pull_n.dot(&along(&way, &UP));
-            let size = math::norm(&pull_n) * math::norm(&along(&way, &UP));
+        fn sliding_friction_opposes_the_travel(way in vector(1.0e-3), force_max_n in 1.0e-4f32..0.01) {
+            prop_assume!(math::norm(&tangential(&way, &UP)) > 1.0e-4);
+            let (_, pull_n) = tick(Bristle::RELAXED, way, 300.0, force_max_n);
+            let against = -pull_n.dot(&tangential(&way, &UP));
+            let size = math::norm(&pull_n) * math::norm(&tangential(&way, &UP));
             prop_assert!(against > 0.999 * size);
         }
 
@@ -210,7 +216,7 @@ mod tests {
         fn friction_is_isotropic(first in vector(3.0e-4), way in vector(3.0e-4), turn in vector(3.0)) {
             let pull = |map: &dyn Fn(&Vec3) -> Vec3| {
                 let up = map(&UP);
-                let begun = Bristle::STRAIGHT.on(&up, 100.0);
+                let begun = Bristle::RELAXED.on(&up, 100.0);
                 let begun = begun.after(&begun.pull_n(&map(&first), &up, 0.001, 0.02));
                 begun.on(&up, 120.0).pull_n(&map(&way), &up, 0.001, 0.02)
             };

@@ -9,7 +9,7 @@ use crate::capacity::MAX_CONTACT_CONSTRAINTS;
 use crate::contact::law::Law;
 use crate::math::{self, Vec3};
 
-/// The part of a contact that the other contacts need.
+/// The data of a contact that the other contacts need.
 #[derive(Debug, Clone)]
 pub(crate) struct LoadedContact {
     /// Index of the contact among all constraints.
@@ -51,13 +51,13 @@ pub(crate) struct Influences {
 }
 
 impl Influences {
-    /// The contacts of an organ, in their order.
-    pub(crate) fn of(own: impl Iterator<Item = LoadedContact>) -> Self {
-        let mut contacts = Vec::new();
-        for loaded in own {
-            let _ = contacts.push(loaded); // never full: it has room for every constraint
+    /// Collects the contacts of an organ.
+    pub(crate) fn new(contacts: impl Iterator<Item = LoadedContact>) -> Self {
+        let mut all = Vec::new();
+        for loaded in contacts {
+            let _ = all.push(loaded); // room for every constraint
         }
-        Self { contacts }
+        Self { contacts: all }
     }
 
     /// Number of contacts.
@@ -65,14 +65,16 @@ impl Influences {
         self.contacts.len()
     }
 
-    /// Index of contact `own` among all constraints.
-    pub(crate) fn constraint(&self, own: usize) -> Option<usize> {
-        self.contacts.get(own).map(|it| usize::from(it.constraint))
+    /// Index of contact `index` among all constraints.
+    pub(crate) fn constraint(&self, index: usize) -> Option<usize> {
+        self.contacts
+            .get(index)
+            .map(|it| usize::from(it.constraint))
     }
 
-    /// Sets the force of contact `own`, N.
-    pub(crate) fn set_force(&mut self, own: usize, force_n: f32) {
-        if let Some(loaded) = self.contacts.get_mut(own) {
+    /// Sets the force of contact `index`, N.
+    pub(crate) fn set_force(&mut self, index: usize, force_n: f32) {
+        if let Some(loaded) = self.contacts.get_mut(index) {
             loaded.force_n = force_n;
             loaded.self_influence_distance_m = loaded
                 .law
@@ -80,28 +82,28 @@ impl Influences {
         }
     }
 
-    /// Displacement of the skin under contact `own` by the other contacts, m.
-    pub(crate) fn displacement_by_others_m(&self, own: usize) -> f32 {
-        let Some(pressed) = self.contacts.get(own) else {
+    /// Displacement of the skin under contact `index` by the other contacts, m.
+    pub(crate) fn displacement_by_others_m(&self, index: usize) -> f32 {
+        let Some(target) = self.contacts.get(index) else {
             return 0.0;
         };
         let mut sum_m = 0.0;
         for (i, other) in self.contacts.iter().enumerate() {
-            if other.force_n <= 0.0 || i == own {
+            if other.force_n <= 0.0 || i == index {
                 continue;
             }
             let Some(law) = &other.law else {
                 continue;
             };
-            let along = other.normal.dot(&pressed.normal);
+            let along = other.normal.dot(&target.normal);
             if along <= 0.0 {
                 continue;
             }
-            let distance_m = math::norm(&(other.at_m - pressed.at_m));
+            let distance_m = math::norm(&(other.at_m - target.at_m));
             // Betti: influence is symmetric, so the wider of both contacts counts.
             let self_influence_distance_m = other
                 .self_influence_distance_m
-                .max(pressed.self_influence_distance_m);
+                .max(target.self_influence_distance_m);
             sum_m +=
                 along * other.force_n * law.influence_m_n(distance_m, self_influence_distance_m);
         }
@@ -151,7 +153,7 @@ mod tests {
             let tip = loaded(Shape::Ball { radius_m }, Vec3::zeros(), tip_n);
             let shaft = Shape::Cylinder { radius_m, length_m: 2.4 * radius_m };
             let shaft = loaded(shaft, Vec3::x() * apart_m, shaft_n);
-            let dents_more_m_n = |loaded: &LoadedContact| {
+            let compliance_m_n = |loaded: &LoadedContact| {
                 let law = loaded.law.expect("it has one");
                 let depth_m = |force_n: f32| {
                     let (mut low, mut high) = (0.0f32, 0.1f32);
@@ -164,10 +166,10 @@ mod tests {
                 let (_, stiffness_n_m) = law.force_n(-depth_m(loaded.force_n).max(1.0e-5), 0.0);
                 stiffness_n_m.recip()
             };
-            let most_m_n = dents_more_m_n(&tip).min(dents_more_m_n(&shaft));
+            let compliance_min_m_n = compliance_m_n(&tip).min(compliance_m_n(&shaft));
             let self_influence_distance_m = tip.self_influence_distance_m.max(shaft.self_influence_distance_m);
-            let each_m_n = tip.law.expect("it has one").influence_m_n(apart_m, self_influence_distance_m);
-            prop_assert!(each_m_n < 1.1 * most_m_n, "{each_m_n} {most_m_n}");
+            let influence_m_n = tip.law.expect("it has one").influence_m_n(apart_m, self_influence_distance_m);
+            prop_assert!(influence_m_n < 1.1 * compliance_min_m_n, "{influence_m_n} {compliance_min_m_n}");
         }
     }
 }

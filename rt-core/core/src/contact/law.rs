@@ -1,11 +1,10 @@
-//! Contact of a rigid tool with an elastic half-space: the part of the dent that the spheres are
-//! too coarse to make.
+//! Contact of a rigid tool with an elastic half-space: the part of the dent that the spheres do not
+//! supply.
 //!
-//! A rigid tool makes a dent δ with a force F over a contact of half-width a. The spheres
-//! themselves yield by a part of this dent, as if F were spread over a Gaussian patch `exp(−r²/A²)`
-//! of the skin. This module adds the rest, `δ − c F`, with the compliance c of such a patch. The
-//! rest is the difference of two half-spaces, which vanishes a few sphere spacings away. So the
-//! spheres alone account for the organ's shape, its attachments and other tools.
+//! A rigid tool makes a dent δ with a force F over a contact of half-width a. The spheres supply a
+//! part of this dent: they yield as a half-space does if F is spread over a Gaussian patch
+//! `exp(−r²/A²)` of the skin, with compliance c. This module adds the rest, `δ − c F`.
+//! [`crate::contact`] explains why that is allowed.
 //!
 //! Sources: Sneddon 1965 (ball), Hertz (cylinder), Zhang, Cao, Li and Feng 2014 (neo-Hookean
 //! softening).
@@ -24,28 +23,27 @@ pub(crate) enum Shape {
     Cylinder { radius_m: f32, length_m: f32 },
 }
 
-/// Lower bound of the skin's curvature times the ball's radius: hollow skin lowers the relative
-/// curvature, but not below half of the ball's. The law of a half-space does not hold for skin that
-/// fits more closely around the ball.
-const HOLLOW: f32 = -0.5;
-/// Upper bound of the skin's curvature times the ball's radius: sharper skin counts as this sharp.
-const POINT: f32 = 3.0;
-/// Margin of stiffness at the end of the law, as a share of the stiffness `1/c` of the spheres:
-/// there the dent is softer than the spheres by at least this share. Each unit of bulge adds the
-/// share once more, because a curved contact is a little stiffer just before its end than at it.
-const BEFORE_END: f32 = 0.01;
+/// Lower bound of the skin's curvature times the ball's radius. The law of a half-space does not
+/// hold for concave skin that fits more closely around the ball.
+const RELATIVE_CURVATURE_MIN: f32 = -0.5;
+/// Upper bound of the skin's curvature times the ball's radius.
+const RELATIVE_CURVATURE_MAX: f32 = 3.0;
+/// Margin at the largest half-width of the law: the dent's stiffness there is below the spheres'
+/// stiffness `1/c` by at least this share. Each unit of relative curvature adds the share once
+/// more, because on curved skin the stiffness is largest a little before that half-width.
+const STIFFNESS_MARGIN: f32 = 0.01;
 
 /// Softening of a neo-Hookean half-space against a linear one, for a dent as deep as the radius.
-/// This softening turns Sneddon's force into Hertz's times `1 − 0.15 δ/R` (Zhang, Cao, Li and Feng
-/// 2014). The source holds up to δ = R; deeper dents extrapolate it.
+/// With it, Sneddon's force becomes Hertz's times `1 − 0.15 δ/R` (Zhang, Cao, Li and Feng 2014).
+/// The source is valid up to δ = R; deeper dents extrapolate.
 const SOFTENING: f32 = 0.06;
 /// Contact half-width at which a ball counts as buried, as a share of its radius. The law has a
 /// pole at 1.
-const BURIED: f32 = 0.97;
+const BURIED_RADII: f32 = 0.97;
 
 /// Force and depth of a dent at a given half-width of the contact, and their slopes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Dent {
+struct Indentation {
     force_n: f32,
     depth_m: f32,
     /// Change of the depth per change of the half-width, m/m.
@@ -58,50 +56,50 @@ struct Dent {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Law {
     shape: Shape,
-    /// Mean curvature of the skin at rest over the curvature of the ball; 0 for a cylinder.
-    bulge: f32,
+    /// Mean curvature of the skin at rest divided by the curvature of the ball; 0 for a cylinder.
+    relative_curvature: f32,
     /// `E / (1 − ν²)`, Pa.
     modulus_pa: f32,
     /// c: compliance of the spheres' own patch, m/N.
     mesh_compliance_m_n: f32,
     /// A: width of the Gaussian patch, m.
     patch_width_m: f32,
-    /// Largest half-width of the law, m. Beyond it, the dent would grow more slowly than the
-    /// spheres alone yield, or the tool would be buried.
+    /// Largest half-width of the law, m. Beyond it, the dent would be stiffer than the spheres
+    /// alone, or the tool would be buried.
     half_width_max_m: f32,
 }
 
 impl Law {
-    /// Law on tissue of this modulus (Pa), whose spheres spread a force over a patch of this width
-    /// (m). The curvature is the skin's mean at rest (1/m), positive where the skin bulges
-    /// outwards. A cylinder ignores the curvature, because its force hardly depends on it.
+    /// Law on tissue of modulus `E / (1 − ν²)` (Pa), whose spheres spread a force over a patch of
+    /// this width (m). The curvature is the mean of the skin at rest (1/m), positive where the skin
+    /// is convex. A cylinder ignores the curvature, because its force hardly depends on it.
     pub(crate) fn new(
         shape: Shape,
         modulus_pa: f32,
         patch_width_m: f32,
         curvature_per_m: f32,
     ) -> Self {
-        // The mean dent of a Gaussian load under itself.
-        let mesh_compliance_m_n = GAUSSIAN / (modulus_pa * patch_width_m);
-        let (buried_m, bulge) = match shape {
+        // Mean displacement, weighted by the load, of a half-space under a Gaussian load.
+        let mesh_compliance_m_n = GAUSSIAN_SELF_INFLUENCE / (modulus_pa * patch_width_m);
+        let (buried_m, relative_curvature) = match shape {
             Shape::Ball { radius_m } => (
-                BURIED * radius_m,
-                (curvature_per_m * radius_m).clamp(HOLLOW, POINT),
+                BURIED_RADII * radius_m,
+                (curvature_per_m * radius_m).clamp(RELATIVE_CURVATURE_MIN, RELATIVE_CURVATURE_MAX),
             ),
             Shape::Cylinder { radius_m, length_m } => (radius_m.min(length_m), 0.0),
         };
         let mut law = Self {
             shape,
-            bulge,
+            relative_curvature,
             modulus_pa,
             mesh_compliance_m_n,
             patch_width_m,
             half_width_max_m: buried_m,
         };
-        let most = 1.0 - BEFORE_END * (1.0 + bulge.max(0.0));
-        for _ in 0..SHORTENINGS {
-            let end = law.dent(law.half_width_max_m);
-            if end.stiffness_n_m * mesh_compliance_m_n <= most {
+        let mesh_share_max = 1.0 - STIFFNESS_MARGIN * (1.0 + relative_curvature.max(0.0));
+        for _ in 0..END_STEPS_MAX {
+            let end = law.indentation(law.half_width_max_m);
+            if end.stiffness_n_m * mesh_compliance_m_n <= mesh_share_max {
                 break;
             }
             law.half_width_max_m *= 0.8;
@@ -109,35 +107,35 @@ impl Law {
         law
     }
 
-    fn dent(&self, half_width_m: f32) -> Dent {
+    fn indentation(&self, half_width_m: f32) -> Indentation {
         match self.shape {
             Shape::Ball { radius_m } => {
                 let x = half_width_m / radius_m;
                 let (force, depth, slope) = sneddon(x);
                 // Depth and force of a punch are linear in its profile (Sneddon 1965). So the
                 // curvature of the skin adds the share of a paraboloid to both.
-                let fall = self.bulge * x;
-                let force = force + 4.0 / 3.0 * fall * x * x;
-                let (depth, slope) = (depth + fall * x, slope + 2.0 * fall);
-                let soft = 1.0 + SOFTENING * depth;
-                let force = force / soft;
-                Dent {
+                let curvature_term = self.relative_curvature * x;
+                let force = force + 4.0 / 3.0 * curvature_term * x * x;
+                let (depth, slope) = (depth + curvature_term * x, slope + 2.0 * curvature_term);
+                let softening = 1.0 + SOFTENING * depth;
+                let force = force / softening;
+                Indentation {
                     force_n: self.modulus_pa * radius_m * radius_m * force,
                     depth_m: radius_m * depth,
                     depth_slope: slope,
                     stiffness_n_m: self.modulus_pa * radius_m * (2.0 * x - SOFTENING * force)
-                        / soft,
+                        / softening,
                 }
             }
             Shape::Cylinder { radius_m, length_m } => {
-                let pull = core::f32::consts::PI * self.modulus_pa * length_m;
+                let line_n_m = core::f32::consts::PI * self.modulus_pa * length_m;
                 let squared = half_width_m * half_width_m;
                 let log = ln(2.0 * length_m / half_width_m);
-                Dent {
-                    force_n: pull * squared / (4.0 * radius_m),
+                Indentation {
+                    force_n: line_n_m * squared / (4.0 * radius_m),
                     depth_m: squared / (2.0 * radius_m) * (log + 0.5),
                     depth_slope: half_width_m / radius_m * log,
-                    stiffness_n_m: pull / (2.0 * log),
+                    stiffness_n_m: line_n_m / (2.0 * log),
                 }
             }
         }
@@ -145,53 +143,57 @@ impl Law {
 
     /// Force F ≥ 0 that solves `separation + y F + δ(F) − c F = 0`, and its slope, N/m. The
     /// separation is negative where tool and skin overlap; y is `sphere_compliance_m_n`, the
-    /// spheres' compliance within the step. The left side is monotone in F, so there is one answer.
+    /// spheres' compliance within the step. The left side is monotone in F, so there is one
+    /// solution.
     pub(crate) fn force_n(&self, separation_m: f32, sphere_compliance_m_n: f32) -> (f32, f32) {
         if separation_m >= 0.0 || separation_m.is_nan() {
             return (0.0, 0.0);
         }
         let residual_compliance_m_n = sphere_compliance_m_n - self.mesh_compliance_m_n;
-        let end = self.dent(self.half_width_max_m);
-        let open =
-            |dent: &Dent| separation_m + dent.depth_m + residual_compliance_m_n * dent.force_n;
-        if open(&end) < 0.0 {
+        let end = self.indentation(self.half_width_max_m);
+        let residual_m = |indentation: &Indentation| {
+            separation_m + indentation.depth_m + residual_compliance_m_n * indentation.force_n
+        };
+        if residual_m(&end) < 0.0 {
             // Beyond the end the stiffness stays constant, at most that of the spheres alone.
             let compliance_m_n = (end.stiffness_n_m.recip() + residual_compliance_m_n)
                 .max(sphere_compliance_m_n)
-                .max(LEAST);
+                .max(COMPLIANCE_MIN_M_N);
             let slope = compliance_m_n.recip();
-            return (end.force_n - open(&end) * slope, slope);
+            return (end.force_n - residual_m(&end) * slope, slope);
         }
-        // Newton's method, kept inside the interval that holds the answer.
+        // Newton's method with bisection: it stays in the interval that brackets the solution.
         let (mut low, mut high) = (0.0, self.half_width_max_m);
         let mut half_width_m = self
             .first_guess_m(separation_m)
             .max(1.0e-3 * high)
             .min(high);
-        let mut dent = self.dent(half_width_m);
-        for _ in 0..NEWTON {
-            let rest = open(&dent);
-            if rest < 0.0 {
+        let mut indentation = self.indentation(half_width_m);
+        for _ in 0..NEWTON_STEPS_MAX {
+            let error_m = residual_m(&indentation);
+            if error_m < 0.0 {
                 low = half_width_m;
             } else {
                 high = half_width_m;
             }
-            let slope = dent.depth_slope * (1.0 + residual_compliance_m_n * dent.stiffness_n_m);
-            let newton = half_width_m - rest / slope;
+            let slope = indentation.depth_slope
+                * (1.0 + residual_compliance_m_n * indentation.stiffness_n_m);
+            let newton = half_width_m - error_m / slope;
             let next = if newton >= low && newton <= high {
                 newton
             } else {
                 0.5 * (low + high)
             };
-            let is_there = (next - half_width_m).abs() <= 1.0e-4 * half_width_m;
+            let has_converged = (next - half_width_m).abs() <= 1.0e-4 * half_width_m;
             half_width_m = next;
-            dent = self.dent(half_width_m);
-            if is_there {
+            indentation = self.indentation(half_width_m);
+            if has_converged {
                 break;
             }
         }
-        let compliance_m_n = (dent.stiffness_n_m.recip() + residual_compliance_m_n).max(LEAST);
-        (dent.force_n, compliance_m_n.recip())
+        let compliance_m_n =
+            (indentation.stiffness_n_m.recip() + residual_compliance_m_n).max(COMPLIANCE_MIN_M_N);
+        (indentation.force_n, compliance_m_n.recip())
     }
 
     /// Half-width if all of the overlap were a dent, m.
@@ -205,26 +207,29 @@ impl Law {
     /// Approximate half-width of the contact under this force, m.
     pub(crate) fn half_width_m(&self, force_n: f32) -> f32 {
         match self.shape {
-            Shape::Ball { radius_m } => cube_root(self.ball_m3(radius_m, force_n)).min(radius_m),
+            Shape::Ball { radius_m } => {
+                cube_root(self.ball_half_width_cubed_m3(radius_m, force_n)).min(radius_m)
+            }
             Shape::Cylinder { radius_m, length_m } => {
-                math::sqrt(self.cylinder_m2(radius_m, length_m, force_n)).min(radius_m)
+                math::sqrt(self.cylinder_half_width_squared_m2(radius_m, length_m, force_n))
+                    .min(radius_m)
             }
         }
     }
 
     /// Cube of the half-width of a ball on flat skin (Hertz).
-    fn ball_m3(&self, radius_m: f32, force_n: f32) -> f32 {
+    fn ball_half_width_cubed_m3(&self, radius_m: f32, force_n: f32) -> f32 {
         0.75 * force_n * radius_m / self.modulus_pa
     }
 
     /// Square of the half-width of a cylinder's contact on flat skin (Hertz).
-    fn cylinder_m2(&self, radius_m: f32, length_m: f32, force_n: f32) -> f32 {
+    fn cylinder_half_width_squared_m2(&self, radius_m: f32, length_m: f32, force_n: f32) -> f32 {
         4.0 * force_n * radius_m / (core::f32::consts::PI * self.modulus_pa * length_m)
     }
 
     /// Stiffness of the contact along the skin under this force, N/m, without the compliance that
     /// the spheres supply.
-    pub(crate) fn along_n_m(&self, force_n: f32, poisson: f32) -> f32 {
+    pub(crate) fn tangential_stiffness_n_m(&self, force_n: f32, poisson: f32) -> f32 {
         let half_width_m = match self.shape {
             Shape::Ball { .. } => self.half_width_m(force_n),
             // A round contact with the area of the strip.
@@ -243,75 +248,83 @@ impl Law {
 
     /// Self-influence distance of the contact under this force, m: at this distance from a point
     /// load, the half-space yields as much as the contact yields under an equal increase of its own
-    /// load. The load of a cylinder is as long as the cylinder. A buried ball keeps Hertz's
-    /// distance, because its own dent grows faster then.
+    /// load. A deeply indented ball keeps Hertz's distance.
     pub(crate) fn self_influence_distance_m(&self, force_n: f32) -> f32 {
-        let force_n = force_n.max(0.0); // also of what is not a number
+        let force_n = force_n.max(0.0); // `max` also turns NaN into 0
         match self.shape {
             Shape::Ball { radius_m } => {
-                WITHIN * cube_root(self.ball_m3(radius_m, force_n) / (1.0 + self.bulge))
+                SELF_INFLUENCE_HALF_WIDTHS
+                    * cube_root(
+                        self.ball_half_width_cubed_m3(radius_m, force_n)
+                            / (1.0 + self.relative_curvature),
+                    )
             }
             Shape::Cylinder { radius_m, length_m } => {
-                let half_width_m = math::sqrt(self.cylinder_m2(radius_m, length_m, force_n));
-                let half_width_m = half_width_m.min(self.half_width_max_m).max(THIN * length_m);
+                let half_width_m =
+                    math::sqrt(self.cylinder_half_width_squared_m2(radius_m, length_m, force_n));
+                let half_width_m = half_width_m
+                    .min(self.half_width_max_m)
+                    .max(HALF_WIDTH_MIN_LENGTHS * length_m);
                 length_m / (2.0 * ln(2.0 * length_m / half_width_m))
             }
         }
     }
 
     /// Influence coefficient, m/N: displacement here per force of another contact at this distance
-    /// on the same skin, beyond the displacement that the spheres transmit.
+    /// on the same skin, less the displacement that the spheres transmit.
     /// `self_influence_distance_m` is the larger of the two contacts'
-    /// ([`Law::self_influence_distance_m`]). Around a round contact the coefficient is within 4 %
-    /// of Hertz at twice the radius, and a fifth less at the rim. The coefficient never exceeds the
-    /// compliance of the other contact under its own load. Otherwise two adjacent contacts could
-    /// keep each other off the tissue, and would snap.
+    /// [`Law::self_influence_distance_m`]. Around a round contact the coefficient is within 4 % of
+    /// Hertz at twice the radius, and a fifth less at the rim. The coefficient never exceeds the
+    /// compliance of the other contact under its own load. Otherwise the heavier of two adjacent
+    /// contacts could keep the lighter off the tissue, until it snaps on.
     pub(crate) fn influence_m_n(&self, distance_m: f32, self_influence_distance_m: f32) -> f32 {
         let cubed = |m: f32| m * m * m;
-        let reach_m = cube_root(cubed(distance_m) + cubed(self_influence_distance_m)).max(1.0e-5);
-        let direct = (core::f32::consts::PI * self.modulus_pa * reach_m).recip();
-        (direct - self.mesh_compliance_m_n * gaussian_influence(distance_m, self.patch_width_m))
-            .max(0.0)
+        let effective_distance_m =
+            cube_root(cubed(distance_m) + cubed(self_influence_distance_m)).max(1.0e-5);
+        let half_space_m_n =
+            (core::f32::consts::PI * self.modulus_pa * effective_distance_m).recip();
+        (half_space_m_n
+            - self.mesh_compliance_m_n * gaussian_influence(distance_m, self.patch_width_m))
+        .max(0.0)
     }
 }
 
-/// Influence of a Gaussian patch on another such patch at this distance, as a share of its
-/// influence on itself.
+/// Influence of a Gaussian load on an equal patch at this distance, as a share of its influence on
+/// its own patch.
 pub(crate) fn gaussian_influence(distance_m: f32, patch_width_m: f32) -> f32 {
-    bessel(distance_m * distance_m / (4.0 * patch_width_m * patch_width_m))
+    scaled_bessel_i0(distance_m * distance_m / (4.0 * patch_width_m * patch_width_m))
 }
 
-/// Influence of a patch of spheres on another at this distance, as a share of its influence on
-/// itself. Outside of the patch, spheres transmit more than a half-space does; the excess is
-/// largest at two patch widths.
+/// As [`gaussian_influence`], for patches of spheres. Beyond one patch width, spheres transmit more
+/// than a half-space does; the excess is largest at two patch widths.
 pub(crate) fn mesh_influence(distance_m: f32, patch_width_m: f32) -> f32 {
-    let patches = distance_m / patch_width_m;
-    let beyond = 4.0 * (patches - 1.0).max(0.0) / (patches * patches).max(1.0);
-    gaussian_influence(distance_m, patch_width_m) + SHOULDER * beyond
+    let widths = distance_m / patch_width_m;
+    let excess = 4.0 * (widths - 1.0).max(0.0) / (widths * widths).max(1.0);
+    gaussian_influence(distance_m, patch_width_m) + MESH_EXCESS * excess
 }
 
-/// Excess influence of spheres at two patch widths. Fitted to a gallbladder of 250 spheres against
-/// one of 2500, under a 10 mm tip on its body, which was 10 % too soft without the excess.
-const SHOULDER: f32 = 0.04;
+/// Excess influence of spheres at two patch widths. It is fitted so that gallbladders of 250 and
+/// 2500 spheres react equally to a 10 mm tip; without it they differ by 10 %.
+const MESH_EXCESS: f32 = 0.04;
 /// Mean of 1/(π r) over two points of a Gaussian `exp(−r²/A²)`, times A: `1 / √(2π)`.
-const GAUSSIAN: f32 = 0.398_942_3;
+const GAUSSIAN_SELF_INFLUENCE: f32 = 0.398_942_3;
 /// Self-influence distance of a round contact, as a share of its half-width a (Hertz: `dδ/dF = 1 /
 /// (2 E* a)`).
-const WITHIN: f32 = 2.0 * core::f32::consts::FRAC_1_PI;
+const SELF_INFLUENCE_HALF_WIDTHS: f32 = 2.0 * core::f32::consts::FRAC_1_PI;
 /// Least half-width from which a cylinder's self-influence distance is computed, as a share of its
 /// length.
-const THIN: f32 = 0.01;
-/// Largest number of steps of the search for the end of the law; each takes a fifth off the
-/// half-width.
-const SHORTENINGS: u32 = 24;
+const HALF_WIDTH_MIN_LENGTHS: f32 = 0.01;
+/// Largest number of steps of the search for the largest half-width; each step takes a fifth off
+/// it.
+const END_STEPS_MAX: u32 = 24;
 /// Largest number of steps of Newton's method. Three mostly give six digits; a ball that is nearly
 /// buried takes more.
-const NEWTON: u32 = 20;
+const NEWTON_STEPS_MAX: u32 = 20;
 /// Least compliance of a contact, m/N.
-const LEAST: f32 = 1.0e-6;
+const COMPLIANCE_MIN_M_N: f32 = 1.0e-6;
 
 /// `F / (E* R²)`, `δ / R` and `dδ/da` of a ball at `x = a/R` (Sneddon 1965): force `(1 + x²) artanh
-/// x − x` and dent `x artanh x`.
+/// x − x` and indentation `x artanh x`.
 fn sneddon(x: f32) -> (f32, f32, f32) {
     let y = x * x;
     let (force, artanh) = if x < 0.4 {
@@ -343,7 +356,7 @@ fn ln(x: f32) -> f32 {
 }
 
 /// `e^−z I₀(z)` to 2 %: decay of a Gaussian load's influence with distance.
-fn bessel(z: f32) -> f32 {
+fn scaled_bessel_i0(z: f32) -> f32 {
     let second = 4.0 * core::f32::consts::PI * core::f32::consts::PI * z * z * z / (z + 1.2);
     math::sqrt(math::sqrt(1.0 + 4.0 * z + second)).recip()
 }
@@ -367,14 +380,14 @@ mod tests {
 
     const MODULUS_PA: f32 = 5000.0 / (1.0 - 0.45 * 0.45);
 
-    /// A law on spheres with so wide a patch that they supply no part of the dent.
-    fn alone(shape: Shape) -> Law {
+    /// A law on a patch so wide that the spheres supply no part of the dent.
+    fn without_spheres(shape: Shape) -> Law {
         Law::new(shape, MODULUS_PA, 100.0, 0.0)
     }
 
     #[test]
     fn shallow_ball_is_hertz() {
-        let law = alone(Shape::Ball { radius_m: 0.01 });
+        let law = without_spheres(Shape::Ball { radius_m: 0.01 });
         for depth_m in [1.0e-5f32, 1.0e-4, 5.0e-4] {
             let (force_n, stiffness_n_m) = law.force_n(-depth_m, 0.0);
             let hertz = 4.0 / 3.0 * MODULUS_PA * (0.01f32).sqrt() * depth_m.powf(1.5);
@@ -419,7 +432,11 @@ mod tests {
             (2.0, 0.3085),
             (5.0, 0.1835),
         ] {
-            assert!((bessel(z) / value - 1.0).abs() < 0.02, "{z}: {}", bessel(z));
+            assert!(
+                (scaled_bessel_i0(z) / value - 1.0).abs() < 0.02,
+                "{z}: {}",
+                scaled_bessel_i0(z)
+            );
         }
         let below = sneddon(0.399_99);
         let above = sneddon(0.400_01);
@@ -430,7 +447,7 @@ mod tests {
 
     #[test]
     fn open_or_nan_separation_has_no_force() {
-        let law = alone(Shape::Ball { radius_m: 0.005 });
+        let law = without_spheres(Shape::Ball { radius_m: 0.005 });
         assert_eq!(law.force_n(0.001, 1.0e-4), (0.0, 0.0));
         assert_eq!(law.force_n(f32::NAN, 1.0e-4), (0.0, 0.0));
     }
@@ -448,12 +465,14 @@ mod tests {
     /// Inside the patch, and far away, spheres transmit as much as a half-space does.
     #[test]
     fn spheres_carry_more_only_beyond_a_patch() {
-        let more = |patches: f32| {
-            mesh_influence(patches * 0.004, 0.004) - gaussian_influence(patches * 0.004, 0.004)
+        let more = |widths: f32| {
+            mesh_influence(widths * 0.004, 0.004) - gaussian_influence(widths * 0.004, 0.004)
         };
         assert!(more(0.0).abs() < 1.0e-6 && more(1.0).abs() < 1.0e-6 && more(100.0) < 0.002);
         assert!(
-            (more(2.0) - SHOULDER).abs() < 1.0e-5 && more(1.7) < more(2.0) && more(2.5) < more(2.0)
+            (more(2.0) - MESH_EXCESS).abs() < 1.0e-5
+                && more(1.7) < more(2.0)
+                && more(2.5) < more(2.0)
         );
     }
 
@@ -479,7 +498,7 @@ mod tests {
         #[test]
         fn influence_at_one_place_is_self_compliance(shape in shape(), shallow in 0.003f32..0.1) {
             let (Shape::Ball { radius_m } | Shape::Cylinder { radius_m, .. }) = shape;
-            let law = alone(shape);
+            let law = without_spheres(shape);
             let (force_n, stiffness_n_m) = law.force_n(-shallow * radius_m, 0.0);
             let share = law.influence_m_n(0.0, law.self_influence_distance_m(force_n)) * stiffness_n_m;
             prop_assert!((share - 1.0).abs() < 0.1, "{share}");

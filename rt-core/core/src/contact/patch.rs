@@ -7,14 +7,15 @@ use crate::tissue::Bodies;
 use crate::tissue::lanes::Lanes;
 
 /// Capacity of a patch, in spheres. Three skin vertices need at most 36. A tip of 10 mm on a
-/// gallbladder of 2500 spheres needs 115. Further weight goes to the first sphere.
-const PATCH_MAX: usize = 160;
+/// gallbladder of 2500 spheres needs 115. When a patch is full, the first sphere takes the weight
+/// of further spheres.
+const SPHERES_MAX: usize = 160;
 
 /// A point of the tissue, carried by weighted spheres. Each sphere is listed once, and the weights
 /// sum to 1.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Patch {
-    parts: Vec<(u16, f32), PATCH_MAX>,
+    spheres: Vec<(u16, f32), SPHERES_MAX>,
 }
 
 impl Patch {
@@ -24,11 +25,15 @@ impl Patch {
         if weight == 0.0 {
             return;
         }
-        match self.parts.iter_mut().find(|(own, _)| *own == sphere) {
+        match self
+            .spheres
+            .iter_mut()
+            .find(|(member, _)| *member == sphere)
+        {
             Some((_, sum)) => *sum += weight,
             None => {
-                if self.parts.push((sphere, weight)).is_err()
-                    && let Some((_, sum)) = self.parts.first_mut()
+                if self.spheres.push((sphere, weight)).is_err()
+                    && let Some((_, sum)) = self.spheres.first_mut()
                 {
                     *sum += weight;
                 }
@@ -37,8 +42,8 @@ impl Patch {
     }
 
     /// Spheres of the patch, and their weights.
-    pub(crate) fn parts(&self) -> impl Iterator<Item = (u32, f32)> {
-        self.parts
+    pub(crate) fn spheres(&self) -> impl Iterator<Item = (u32, f32)> {
+        self.spheres
             .iter()
             .map(|(sphere, weight)| (u32::from(*sphere), *weight))
     }
@@ -46,7 +51,7 @@ impl Patch {
     /// Position, world frame, m.
     pub(crate) fn at_m(&self, bodies: &Bodies) -> Vec3 {
         let mut at = Lanes::ZERO;
-        for (sphere, weight) in self.parts() {
+        for (sphere, weight) in self.spheres() {
             at = at + bodies.nodes.at(sphere).center() * Lanes::splat(weight);
         }
         at.vec3()
@@ -57,22 +62,22 @@ impl Patch {
         let yields = |(sphere, weight): (u32, f32)| {
             bodies.nodes.at(sphere).inverse_mass_per_kg() * weight * weight
         };
-        self.parts().map(yields).sum()
+        self.spheres().map(yields).sum()
     }
 
     /// Reduces the travel of each sphere in this substep by this share times the sphere's weight.
     pub(crate) fn damp(&self, share: f32, bodies: &mut Bodies) {
-        for (sphere, weight) in &self.parts {
+        for (sphere, weight) in &self.spheres {
             let node = bodies.nodes.at_mut(u32::from(*sphere));
             if node.inverse_mass_per_kg() > 0.0 {
-                node.slow(1.0 - share * weight);
+                node.scale_step(1.0 - share * weight);
             }
         }
     }
 
     /// Applies a positional impulse, kg m. Each sphere moves by `push · w / m`.
     pub(crate) fn push(&self, push_kg_m: &Vec3, bodies: &mut Bodies) {
-        for (sphere, weight) in &self.parts {
+        for (sphere, weight) in &self.spheres {
             let node = bodies.nodes.at_mut(u32::from(*sphere));
             let step_m = push_kg_m * (node.inverse_mass_per_kg() * weight);
             node.move_by(&step_m);
@@ -80,19 +85,19 @@ impl Patch {
     }
 }
 
-/// Slots of a [`Builder`]: more than twice as many as a patch can have spheres.
+/// Slots of a [`PatchBuilder`]: more than twice as many as a patch can have spheres.
 const SLOTS: usize = 512;
 
 /// A patch under construction. A hash table finds its spheres in constant time.
 #[derive(Debug)]
-pub(crate) struct Builder {
+pub(crate) struct PatchBuilder {
     pub(crate) patch: Patch,
     /// One more than each sphere's index in the patch; 0 for an empty slot. A sphere whose slot is
     /// taken uses the next free one.
     slots: [u8; SLOTS],
 }
 
-impl Default for Builder {
+impl Default for PatchBuilder {
     fn default() -> Self {
         Self {
             patch: Patch::default(),
@@ -101,27 +106,27 @@ impl Default for Builder {
     }
 }
 
-impl Builder {
+impl PatchBuilder {
     /// As [`Patch::add`].
     #[inline]
     pub(crate) fn add(&mut self, sphere: u16, weight: f32) {
         if weight == 0.0 {
             return;
         }
-        let parts = &mut self.patch.parts;
+        let spheres = &mut self.patch.spheres;
         let mut slot = usize::from(sphere);
         for _ in 0..SLOTS {
             let place = &mut self.slots[slot & (SLOTS - 1)];
             if *place == 0 {
-                if parts.push((sphere, weight)).is_ok() {
-                    *place = parts.len() as u8; // `PATCH_MAX` fits
-                } else if let Some((_, sum)) = parts.first_mut() {
+                if spheres.push((sphere, weight)).is_ok() {
+                    *place = spheres.len() as u8; // `SPHERES_MAX` fits
+                } else if let Some((_, sum)) = spheres.first_mut() {
                     *sum += weight;
                 }
                 return;
             }
-            match parts.get_mut(usize::from(*place) - 1) {
-                Some((own, sum)) if *own == sphere => {
+            match spheres.get_mut(usize::from(*place) - 1) {
+                Some((member, sum)) if *member == sphere => {
                     *sum += weight;
                     return;
                 }
@@ -140,14 +145,14 @@ mod tests {
     proptest! {
         /// The builder makes the same patch as `Patch::add`.
         #[test]
-        fn builder_makes_the_plain_patch(parts in prop::collection::vec((0u16..4096, -1.0f32..1.0), 0..300),
+        fn builder_makes_the_plain_patch(spheres in prop::collection::vec((0u16..4096, -1.0f32..1.0), 0..300),
                                       few in 1u16..240) {
-            let (mut quick, mut plain) = (Builder::default(), Patch::default());
-            for (sphere, weight) in parts {
+            let (mut quick, mut plain) = (PatchBuilder::default(), Patch::default());
+            for (sphere, weight) in spheres {
                 quick.add((sphere % few) * 17, weight);
                 plain.add(u32::from((sphere % few) * 17), weight);
             }
-            prop_assert_eq!(&quick.patch.parts, &plain.parts);
+            prop_assert_eq!(&quick.patch.spheres, &plain.spheres);
         }
     }
 }

@@ -18,9 +18,9 @@ const NEAR_M: f32 = 0.0065;
 
 /// Largest offset of a contact that opens, m: tools that are farther apart do not push.
 const OPENING_MAX_M: f32 = 0.000_5;
-/// Travel of both tools in a tick above which it is no motion, m: a device was unplugged or
-/// stalled.
-const LEAP_M: f32 = 0.02;
+/// Travel of both tools in a tick above which the pose has jumped, m, as when a device was
+/// unplugged or stalled.
+const MOTION_MAX_M: f32 = 0.02;
 
 /// A part of the instrument near the endoscope, at the end of a tick.
 #[derive(Debug, Clone, Copy)]
@@ -66,7 +66,7 @@ impl RigidContacts {
                 add(ContactForce {
                     tool: Tool::Instrument,
                     organ: None,
-                    at_m: at(part, contact.felt_at) - contact.normal * part.radius_m,
+                    at_m: point_at(part, contact.felt_at) - contact.normal * part.radius_m,
                     normal: contact.normal,
                     force_n: STIFFNESS_N_M * depth_m,
                     stiffness_n_m: STIFFNESS_N_M,
@@ -90,7 +90,7 @@ fn track(
     let reach_m = part.radius_m + scope.radius_m;
     let height_m = |normal: &Vec3, shares: &[f32; 2]| {
         let [s, t] = shares;
-        normal.dot(&(at(part, *s) - at(scope, *t)))
+        normal.dot(&(point_at(part, *s) - point_at(scope, *t)))
     };
     let ends_m = [part.a_m, part.b_m, scope.a_m, scope.b_m];
     let travel_m = last.map(|last| {
@@ -99,8 +99,8 @@ fn track(
         // Both tools may have moved towards each other.
         2.0 * moved_m.fold(0.0, f32::max)
     });
-    // After a leap the last side is not valid.
-    let last = last.filter(|_| travel_m.is_some_and(|travel_m| travel_m < LEAP_M));
+    // After a jump the last side is not valid.
+    let last = last.filter(|_| travel_m.is_some_and(|travel_m| travel_m < MOTION_MAX_M));
     let lift_m = last.map_or_else(Vec3::zeros, |last| {
         last.normal * (reach_m - height_m(&last.normal, &last.nearest)).max(0.0)
     });
@@ -110,9 +110,9 @@ fn track(
         ..*part
     };
     let nearest = nearest(&lifted, scope);
-    let away_m = at(&lifted, nearest[0]) - at(scope, nearest[1]);
+    let from_scope_m = point_at(&lifted, nearest[0]) - point_at(scope, nearest[1]);
     let side = last.map(|last| last.normal);
-    let normal = math::unit(&away_m).or(side)?;
+    let normal = math::unit(&from_scope_m).or(side)?;
     let separation_m = height_m(&normal, &nearest) - reach_m;
     if separation_m > NEAR_M {
         return None;
@@ -131,7 +131,7 @@ fn track(
     })
 }
 
-fn at(part: &Capsule, share: f32) -> Vec3 {
+fn point_at(part: &Capsule, share: f32) -> Vec3 {
     part.a_m + (part.b_m - part.a_m) * share
 }
 
@@ -148,7 +148,7 @@ fn nearest(one: &Capsule, other: &Capsule) -> [f32; 2] {
     // Ericson 2004, section 5.1.9.
     let crossing = ((b * f - c * e) / (a * e - b * b).max(1.0e-6 * a * e)).clamp(0.0, 1.0);
     let mut best = on_one(on_other(crossing)[1]);
-    let squared_m2 = |[s, t]: [f32; 2]| (at(one, s) - at(other, t)).norm_squared();
+    let squared_m2 = |[s, t]: [f32; 2]| (point_at(one, s) - point_at(other, t)).norm_squared();
     for ends in [on_other(0.0), on_other(1.0), on_one(0.0), on_one(1.0)] {
         if squared_m2(ends) < squared_m2(best) {
             best = ends;
@@ -160,11 +160,13 @@ fn nearest(one: &Capsule, other: &Capsule) -> [f32; 2] {
 /// Weight of the middle of the overlap against the closest approach. Parallel axes are equally
 /// close everywhere, so the place of closest approach jumps from one end to the other as the axes
 /// turn through parallel. With this weight the contact passes from end to end through the middle,
-/// within a few times `√MIDDLE` (2°) and without a jump. A larger weight moves it more slowly.
-const MIDDLE: f32 = 1.0e-3;
+/// within a few times `√MIDDLE_WEIGHT` (2°) and without a jump. A larger weight moves it more
+/// slowly.
+const MIDDLE_WEIGHT: f32 = 1.0e-3;
 
 /// Place on the first axis, 0 to 1, where the contact is felt. It minimises the squared distance
-/// plus [`MIDDLE`] times the squared distances of both places from the middle of the overlap.
+/// plus [`MIDDLE_WEIGHT`] times the squared distances of both places from the middle of the
+/// overlap.
 fn middle_of_overlap(one: &Capsule, other: &Capsule) -> f32 {
     let (d1, d2) = (one.b_m - one.a_m, other.b_m - other.a_m);
     let r = one.a_m - other.a_m;
@@ -175,8 +177,11 @@ fn middle_of_overlap(one: &Capsule, other: &Capsule) -> f32 {
     let s_middle = middle(-c / a, (b - c) / a);
     let t_middle = middle(f / e, (b + f) / e);
     // At the minimum: `p s − b t = u` and `q t − b s = v`.
-    let (p, q) = (a * (1.0 + MIDDLE), e * (1.0 + MIDDLE));
-    let (u, v) = (MIDDLE * a * s_middle - c, MIDDLE * e * t_middle + f);
+    let (p, q) = (a * (1.0 + MIDDLE_WEIGHT), e * (1.0 + MIDDLE_WEIGHT));
+    let (u, v) = (
+        MIDDLE_WEIGHT * a * s_middle - c,
+        MIDDLE_WEIGHT * e * t_middle + f,
+    );
     let s = ((u * q + v * b) / (p * q - b * b)).clamp(0.0, 1.0);
     let t = ((b * s + v) / q).clamp(0.0, 1.0);
     ((b * t + u) / p).clamp(0.0, 1.0)
@@ -225,18 +230,19 @@ mod tests {
         ];
         let across = (b - a).cross(&(d - c));
         // Shares at which the axes cross.
-        let share =
-            |way: nalgebra::Vector3<f64>| (c - a).cross(&way).dot(&across) / across.norm_squared();
+        let share = |direction: nalgebra::Vector3<f64>| {
+            (c - a).cross(&direction).dot(&across) / across.norm_squared()
+        };
         let cross = [share(d - c), share(b - a)]
             .iter()
             .all(|s| (0.0..1.0).contains(s));
-        let apart = (c - a).dot(&across).abs() / across.norm();
+        let distance = (c - a).dot(&across).abs() / across.norm();
         ends.into_iter()
-            .fold(if cross { apart } else { f64::MAX }, f64::min)
+            .fold(if cross { distance } else { f64::MAX }, f64::min)
     }
 
     /// The endoscope lies on x; a shaft along y comes down on it by `step_m` a tick.
-    fn come_down(step_m: f32, ticks: u16) -> std::vec::Vec<ContactForce> {
+    fn lower_shaft(step_m: f32, ticks: u16) -> std::vec::Vec<ContactForce> {
         let scope = rod(Vec3::zeros(), Vec3::x() * 0.2, Role::Endoscope);
         let mut rigid = RigidContacts::default();
         let mut last = std::vec::Vec::new();
@@ -252,17 +258,17 @@ mod tests {
     #[test]
     fn endoscope_pushes_the_shaft_and_is_not_crossed() {
         // 0.5 mm deep after 7 ticks of 0.5 mm from 3 mm above.
-        let contacts = come_down(0.0005, 8);
+        let contacts = lower_shaft(0.0005, 8);
         assert_eq!(contacts.len(), 1);
         assert!((contacts[0].force_n - 1.0).abs() < 1.0e-2, "{contacts:?}");
         assert!(contacts[0].normal.z > 0.999 && contacts[0].tool == Tool::Instrument);
         // At 3 m/s the shaft ends far below the endoscope, but the push is still upwards.
-        let contacts = come_down(0.003, 8);
+        let contacts = lower_shaft(0.003, 8);
         assert!(
             contacts[0].normal.z > 0.999 && contacts[0].force_n > 10.0,
             "{contacts:?}"
         );
-        assert!(come_down(0.0001, 20).is_empty());
+        assert!(lower_shaft(0.0001, 20).is_empty());
     }
 
     #[test]
@@ -276,10 +282,10 @@ mod tests {
             last.clear();
             rigid.find(&[shaft, scope], |contact| last.push(contact));
         }
-        let by_hand = come_down(0.0005, 8);
+        let by_shaft = lower_shaft(0.0005, 8);
         assert_eq!(last.len(), 1);
-        let off_n = last[0].force_n - by_hand[0].force_n;
-        assert!(off_n.abs() < 1.0e-2, "{last:?} {by_hand:?}");
+        let difference_n = last[0].force_n - by_shaft[0].force_n;
+        assert!(difference_n.abs() < 1.0e-2, "{last:?} {by_shaft:?}");
     }
 
     #[test]
@@ -302,8 +308,8 @@ mod tests {
                           u in 0.0f32..1.0, v in 0.0f32..1.0) {
             let (one, other) = (rod(a, b, Role::Shaft), rod(c, d, Role::Endoscope));
             let [s, t] = nearest(&one, &other);
-            let found = math::norm(&(at(&one, s) - at(&other, t)));
-            let any = math::norm(&(at(&one, u) - at(&other, v)));
+            let found = math::norm(&(point_at(&one, s) - point_at(&other, t)));
+            let any = math::norm(&(point_at(&one, u) - point_at(&other, v)));
             prop_assert!(found <= any + 1.0e-4, "{found} {any}");
         }
 
@@ -315,11 +321,11 @@ mod tests {
             turn in -0.2f32..0.2, tilt in -0.02f32..0.02,
         ) {
             let scope = rod(Vec3::zeros(), Vec3::x() * 0.2, Role::Endoscope);
-            let way = Vec3::new(turn.cos() * tilt.cos(), turn.sin() * tilt.cos(), tilt.sin());
-            let a_m = Vec3::new(0.1 + along_m, 0.0, 0.0) - way * (length_m * pivot);
+            let direction = Vec3::new(turn.cos() * tilt.cos(), turn.sin() * tilt.cos(), tilt.sin());
+            let a_m = Vec3::new(0.1 + along_m, 0.0, 0.0) - direction * (length_m * pivot);
             let shaft = |z_m: f32| {
                 let a_m = a_m + Vec3::z() * z_m;
-                rod(a_m, a_m + way * length_m, Role::Shaft)
+                rod(a_m, a_m + direction * length_m, Role::Shaft)
             };
             // The height at which they overlap by this depth.
             let (mut low_m, mut high_m) = (0.001, 0.05f32);
@@ -335,8 +341,8 @@ mod tests {
                 force_n = 0.0;
                 rigid.find(&[shaft(high_m + above_m), scope], |contact| force_n += contact.force_n);
             }
-            let off_m = force_n / STIFFNESS_N_M - depth_m;
-            prop_assert!(off_m.abs() < 1.0e-5, "off by {off_m} m");
+            let error_m = force_n / STIFFNESS_N_M - depth_m;
+            prop_assert!(error_m.abs() < 1.0e-5, "off by {error_m} m");
         }
 
         /// A shaft on the endoscope that turns through parallel, a milliradian a tick (60°/s), has
@@ -351,17 +357,17 @@ mod tests {
             let mut last: Option<ContactForce> = None;
             for tick in -200i16..200 {
                 let turn = 1.0e-3 * f32::from(tick);
-                let way = Vec3::new(turn.cos(), turn.sin(), 0.0);
+                let direction = Vec3::new(turn.cos(), turn.sin(), 0.0);
                 // Descends in the first hundred ticks, more slowly than the offset decays.
                 let down_m = depth_m * (f32::from(tick + 200) / 100.0).min(1.0);
                 let at_m = Vec3::new(0.1 + along_m, 0.0, 0.0075 - down_m);
-                let a_m = at_m - way * (length_m * pivot);
-                let shaft = rod(a_m, a_m + way * length_m, Role::Shaft);
+                let a_m = at_m - direction * (length_m * pivot);
+                let shaft = rod(a_m, a_m + direction * length_m, Role::Shaft);
                 let mut now = None;
                 rigid.find(&[shaft, scope], |contact| now = Some(contact));
                 if let (Some(last), Some(now)) = (&last, &now) {
-                    let goes_m = math::norm(&(now.at_m - last.at_m));
-                    prop_assert!(goes_m < 0.025 * length_m.max(0.2), "{goes_m} m at {turn}");
+                    let step_m = math::norm(&(now.at_m - last.at_m));
+                    prop_assert!(step_m < 0.025 * length_m.max(0.2), "{step_m} m at {turn}");
                     let step_n = now.normal * now.force_n - last.normal * last.force_n;
                     prop_assert!(math::norm(&step_n) < 0.06, "{step_n} N at {turn}");
                 }

@@ -5,21 +5,22 @@
 //! takes up the jump. The offset decays, so the force comes to its true value within a few tenths
 //! of a second.
 
-/// Share of a positive offset that is left after a tick. A positive offset hides overlap; about a
-/// third of it is left after 0.1 s. With a larger share, a contact that is found deep takes longer
+/// Share of a positive offset that remains after a tick. A positive offset hides overlap; about a
+/// third of it remains after 0.1 s. With a larger share, a contact that is found deep takes longer
 /// to reach its force.
-const OFFSET_KEEP: f32 = 0.99;
-/// Share of a negative offset that is left after a tick. A negative offset hides an opening. The
-/// share is smaller, so that a contact that has opened soon stops pushing.
-const OPENING_KEEP: f32 = 0.95;
+const POSITIVE_OFFSET_REMAINDER: f32 = 0.99;
+/// Share of a negative offset that remains after a tick. A negative offset hides an opening. The
+/// share is smaller than that of a positive offset, so that a contact that has opened soon stops
+/// pushing.
+const NEGATIVE_OFFSET_REMAINDER: f32 = 0.95;
 /// Upper bound of the decay of a negative offset, m a tick. A larger bound ends the push sooner,
 /// with a larger step of force.
-const OPENING_STEP_M: f32 = 0.000_025;
-/// Change of the measured separation that passes in a tick, beyond twice the tool's travel, m. The
-/// offset takes up the rest of a larger jump. The decay of the offset comes on top. Where a shaft
-/// lies on a liver, this change makes a step of force of 2 mN. With a larger value the force
-/// follows the skin faster, in larger steps.
-const JUMP_M: f32 = 0.000_02;
+const NEGATIVE_OFFSET_DECAY_MAX_M: f32 = 0.000_025;
+/// Largest change of the filtered separation in a tick, beyond twice the tool's travel and the
+/// decay of the offset, m. The offset takes up the rest of a larger jump. Where a shaft lies on a
+/// liver, this change makes a step of force of 2 mN. With a larger value the force follows the skin
+/// faster, in larger steps.
+const CHANGE_MAX_M: f32 = 0.000_02;
 
 /// Separation of a tool's point and the tissue under it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,9 +53,9 @@ impl FilteredSeparation {
         self.separation_m - self.offset_m
     }
 
-    /// Separation of this contact after it has moved to another place, where `separation_m` is
-    /// measured. Keeps a positive offset and drops a negative one.
-    pub(crate) fn at(&self, separation_m: f32) -> Self {
+    /// Separation after this contact has moved to another place, where `separation_m` is measured.
+    /// A positive offset is kept, a negative one dropped.
+    pub(crate) fn moved_to(&self, separation_m: f32) -> Self {
         let offset_m = self.offset_m.max(0.0);
         Self {
             separation_m: separation_m + offset_m,
@@ -66,20 +67,20 @@ impl FilteredSeparation {
     /// `travel_m`. A negative offset is at least −`opening_max_m`, so a contact that is open by
     /// more than `opening_max_m` does not push.
     pub(crate) fn next(&self, separation_m: f32, travel_m: f32, opening_max_m: f32) -> Self {
-        let most_m = 2.0 * travel_m + JUMP_M;
-        let goes_m = separation_m - self.measured_m();
-        let goes_m = goes_m.max(-most_m).min(most_m);
-        let keep = if self.offset_m < 0.0 {
-            OPENING_KEEP
+        let change_max_m = 2.0 * travel_m + CHANGE_MAX_M;
+        let change_m = separation_m - self.measured_m();
+        let change_m = change_m.max(-change_max_m).min(change_max_m);
+        let remainder = if self.offset_m < 0.0 {
+            NEGATIVE_OFFSET_REMAINDER
         } else {
-            OFFSET_KEEP
+            POSITIVE_OFFSET_REMAINDER
         };
         // A positive offset decays by a hundredth of itself, however large; a negative one by at
-        // most `OPENING_STEP_M`.
-        let decay_m = ((1.0 - keep) * self.offset_m).max(-OPENING_STEP_M);
-        let offset_m = self.separation_m + goes_m - decay_m - separation_m;
+        // most `NEGATIVE_OFFSET_DECAY_MAX_M`.
+        let decay_m = ((1.0 - remainder) * self.offset_m).max(-NEGATIVE_OFFSET_DECAY_MAX_M);
+        let offset_m = self.separation_m + change_m - decay_m - separation_m;
         let offset_m = offset_m.max(-opening_max_m);
-        // If neither the measured nor the filtered separation overlaps, there is no offset.
+        // If neither the measured nor the filtered separation is negative, there is no offset.
         let offset_m = if separation_m < 0.0 || separation_m + offset_m < 0.0 {
             offset_m
         } else {
@@ -128,9 +129,10 @@ mod tests {
             let mut separation = FilteredSeparation::first(0.0).next(-0.001, 0.001, OPENING_MAX_M);
             for _ in 0..1000 {
                 let next = separation.next(to_m, 0.0, OPENING_MAX_M);
-                let goes_m = (next.separation_m - separation.separation_m).abs();
+                let change_m = (next.separation_m - separation.separation_m).abs();
                 assert!(
-                    next.separation_m > 0.0 || goes_m < JUMP_M + OPENING_STEP_M + 1.0e-8,
+                    next.separation_m > 0.0
+                        || change_m < CHANGE_MAX_M + NEGATIVE_OFFSET_DECAY_MAX_M + 1.0e-8,
                     "{separation:?} {next:?}"
                 );
                 separation = next;

@@ -1,11 +1,11 @@
-//! Tools against tissue, over all organs: those with a contact skin ([`crate::contact::skin`]), and
+//! Contact of the tools with all organs: organs with a contact skin ([`crate::contact::skin`]), and
 //! ducts and vessels ([`crate::contact::tube`]).
 //!
 //! Stage `contact` ([`ToolContacts::find`]) lists the spheres of skins near the tools: it finds
 //! organs whose box is near a tool, then their spheres, O(spheres of organs near · parts). Skins
-//! and tubes then give candidates. Stage `solve` closes the separations after each substep of the
-//! tissue ([`crate::contact::constraint`]); after the last substep, [`ToolContacts::push_out`]
-//! closes them and lists the forces.
+//! and tubes then give candidates. Stage `solve` removes the overlaps after each substep of the
+//! tissue ([`crate::contact::constraint`]); after the last substep, [`ToolContacts::push_out`] does
+//! so and lists the forces.
 
 use core::cmp::Ordering;
 
@@ -35,14 +35,14 @@ const NEAR_SKIN_M: f32 = 0.010;
 
 /// A sphere near a tool, ordered by depth, then by index, so that every run keeps the same spheres.
 #[derive(Debug, Clone, Copy)]
-struct Near {
-    /// Overlap of the sphere with the tool's capsules before the solve, m; never too small, because
-    /// a capsule contains the part.
+struct SphereByDepth {
+    /// Overlap of the sphere with the tool's capsules before the solve, m. A capsule contains the
+    /// part, so this is an upper bound.
     depth_m: f32,
     sphere: u32,
 }
 
-impl Ord for Near {
+impl Ord for SphereByDepth {
     fn cmp(&self, other: &Self) -> Ordering {
         // At equal depth, the lower index counts as deeper, because it was found first.
         let depth = self.depth_m.total_cmp(&other.depth_m);
@@ -50,25 +50,25 @@ impl Ord for Near {
     }
 }
 
-impl PartialOrd for Near {
+impl PartialOrd for SphereByDepth {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl PartialEq for Near {
+impl PartialEq for SphereByDepth {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other).is_eq()
     }
 }
 
-impl Eq for Near {}
+impl Eq for SphereByDepth {}
 
 /// Tissue near the tools, and the contacts with it.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ToolContacts {
     /// Spheres under a skin that are near a tool.
-    near: BinaryHeap<Near, Min, MAX_CONTACTS>,
+    near: BinaryHeap<SphereByDepth, Min, MAX_CONTACTS>,
     skin: SkinContacts,
     tubes: TubeContacts,
     constraints: ContactConstraints,
@@ -123,7 +123,8 @@ impl ToolContacts {
         self.forces.clear();
     }
 
-    /// Finds the tissue near `parts`, before the solve. When there is no room, the deepest stay.
+    /// Finds the tissue near `parts`, before the solve. When there is no room, the shallowest is
+    /// dropped.
     pub(crate) fn find(
         &mut self,
         parts: &[Capsule],
@@ -144,7 +145,7 @@ impl ToolContacts {
                 .iter()
                 .filter(|part| part_box(part).is_near(organ_box, NEAR_SKIN_M))
             {
-                let _ = parts_near.push(Segment::new(part, organ_box)); // as many as `parts` at most
+                let _ = parts_near.push(Segment::new(part, organ_box)); // at most all parts
             }
             if parts_near.is_empty() {
                 continue;
@@ -160,7 +161,7 @@ impl ToolContacts {
                 let deepest = near.filter_map(depth).fold(f32::MIN, f32::max);
                 if deepest > -NEAR_SKIN_M {
                     self.keep(
-                        Near {
+                        SphereByDepth {
                             depth_m: deepest,
                             sphere,
                         },
@@ -181,7 +182,7 @@ impl ToolContacts {
         });
     }
 
-    fn keep(&mut self, near: Near, faults: &mut FaultSet) {
+    fn keep(&mut self, near: SphereByDepth, faults: &mut FaultSet) {
         let Err(near) = self.near.push(near) else {
             return;
         };
@@ -212,10 +213,10 @@ impl ToolContacts {
                     self.tubes.store(bead, part, constraint.cached());
                 }
             }
-            if constraint.felt_n <= 0.0 {
+            if constraint.mean_force_n <= 0.0 {
                 continue;
             }
-            for (sphere, _) in constraint.patch.parts() {
+            for (sphere, _) in constraint.patch.spheres() {
                 let bits = bodies.bits.at_mut(sphere);
                 *bits = bits.with(SphereBits::CONTACT);
             }
@@ -224,9 +225,9 @@ impl ToolContacts {
                 organ: Some(constraint.organ),
                 at_m: constraint.at_m,
                 normal: constraint.normal,
-                force_n: constraint.felt_n,
+                force_n: constraint.mean_force_n,
                 stiffness_n_m: constraint.stiffness_n_m,
-                friction_n: constraint.felt_friction_n,
+                friction_n: constraint.mean_friction_n,
                 friction_stiffness_n_m: constraint.friction_stiffness_n_m,
             }); // as many as constraints
         }
@@ -361,7 +362,7 @@ mod tests {
             "{moved}"
         );
         assert!(bodies.bits.at(0).contains(SphereBits::CONTACT));
-        // The display draws the part that the sphere did not yield.
+        // The display draws the overlap that is left after the sphere has yielded.
         let dents: std::vec::Vec<Dent> = contacts.dents(&bodies).collect();
         let [dent] = dents[..] else {
             panic!("{dents:?}")

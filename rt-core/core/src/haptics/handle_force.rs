@@ -7,7 +7,7 @@ use crate::contact::contact_force::{ContactForce, Pull};
 use crate::math::{self, Pose, Vec3};
 use crate::tool::{Kinematics, Tool, Wrench};
 
-/// Force that the hand feels, and the stiffness behind it.
+/// Force that the hand feels, and its stiffness.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Felt {
     /// Wrench at the handle, world frame.
@@ -15,12 +15,12 @@ pub(crate) struct Felt {
     /// Stiffness at the handle in its stiffest direction, N/m; never too low, at most 15 % too
     /// high.
     pub(crate) stiffness_n_m: f32,
-    /// Stiffness at the handle within a tick, before the held tissue yields, N/m; never too low.
-    pub(crate) at_once_n_m: f32,
+    /// Stiffness at the handle within a tick, before the grasped tissue yields, N/m; never too low.
+    pub(crate) instant_stiffness_n_m: f32,
 }
 
-/// Sums the forces of all contacts and of the held tissue at the handle. Where `renders_torque` is
-/// false, the shaft turns freely in the hand and its torque is not felt. O(contacts).
+/// Sums the forces of all contacts and of the grasped tissue at the handle. If `renders_torque` is
+/// false, the shaft rolls freely in the hand, and its roll torque is not felt. O(contacts).
 pub(crate) fn felt(
     contacts: &[ContactForce],
     pull: Option<&Pull>,
@@ -29,20 +29,20 @@ pub(crate) fn felt(
     renders_torque: bool,
 ) -> Felt {
     let mut at_port = Wrench::ZERO;
-    // Springs k along n at the instrument are a stiffness Σ k (T n)(T n)ᵀ at the handle, where T
-    // maps a force at the instrument to the handle.
+    // Springs of stiffness k along n at the instrument have the stiffness matrix Σ k (T n)(T n)ᵀ at
+    // the handle. T maps a force at the instrument to a force at the handle.
     let mut stiffness_n_m = Matrix3::zeros();
     let mut grip_n_m = 0.0;
     let mut add_spring = |at_m: &Vec3, normal: &Vec3, k: f32| {
-        let way = handle_way(kinematics, world_from_handle, at_m, normal);
-        stiffness_n_m += way * way.transpose() * k;
+        let direction = force_at_handle(kinematics, world_from_handle, at_m, normal);
+        stiffness_n_m += direction * direction.transpose() * k;
     };
     let felt = |contact: &&ContactForce| contact.tool == Tool::Instrument;
     for contact in contacts.iter().filter(felt) {
         at_port += kinematics.wrench(&contact.at_m, &contact.whole_force_n());
         add_spring(&contact.at_m, &contact.normal, contact.stiffness_n_m);
         if contact.friction_stiffness_n_m > 0.0 {
-            let x = math::across(&contact.normal);
+            let x = math::perpendicular(&contact.normal);
             for along in [x, contact.normal.cross(&x)] {
                 add_spring(&contact.at_m, &along, contact.friction_stiffness_n_m);
             }
@@ -52,24 +52,24 @@ pub(crate) fn felt(
         at_port += kinematics.wrench(&pull.at_m, &pull.force_n);
         for axis in [Vec3::x(), Vec3::y(), Vec3::z()] {
             add_spring(&pull.at_m, &axis, pull.stiffness_n_m);
-            let way = handle_way(kinematics, world_from_handle, &pull.at_m, &axis);
-            grip_n_m += way.norm_squared() * pull.grip_n_m;
+            let direction = force_at_handle(kinematics, world_from_handle, &pull.at_m, &axis);
+            grip_n_m += direction.norm_squared() * pull.grip_n_m;
         }
     }
     if !renders_torque {
         at_port = at_port.without_roll(&kinematics.axis(world_from_handle));
     }
-    let stiffness_n_m = stiffest(&stiffness_n_m);
+    let stiffness_n_m = stiffest_direction_n_m(&stiffness_n_m);
     Felt {
         wrench: kinematics.at_handle(world_from_handle, &at_port),
         stiffness_n_m,
-        at_once_n_m: stiffness_n_m + grip_n_m,
+        instant_stiffness_n_m: stiffness_n_m + grip_n_m,
     }
 }
 
-/// Force on the hand from a unit force along `normal` on the instrument at `at_m`, with a shaft
-/// that turns freely in the hand.
-fn handle_way(
+/// Force on the hand from a unit force along `normal` on the instrument at `at_m`, if the shaft
+/// rolls freely in the hand.
+fn force_at_handle(
     kinematics: &Kinematics,
     world_from_handle: &Pose,
     at_m: &Vec3,
@@ -84,7 +84,7 @@ fn handle_way(
 /// Upper bound of the largest eigenvalue of a positive semidefinite matrix: `tr(M⁸)^⅛`, between
 /// that eigenvalue and `3^⅛ = 1.15` times it. When one contact's share of the matrix changes, the
 /// bound changes by no more than the stiffness of this share.
-fn stiffest(m: &Matrix3<f32>) -> f32 {
+fn stiffest_direction_n_m(m: &Matrix3<f32>) -> f32 {
     let size = m.trace();
     if size <= f32::MIN_POSITIVE {
         return 0.0;
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn along_the_shaft_it_passes_across_it_the_lever_turns_it() {
+    fn axial_force_passes_and_lateral_force_is_levered() {
         let tip = Vec3::new(0.0, 0.0, -0.1);
         let along = felt(&[contact(tip, Vec3::z())], None);
         assert!(is_force(&along, 0.0, 0.0, 2.0));
@@ -201,9 +201,9 @@ mod tests {
         prop::collection::vec(any, 0..12).prop_map(|drawn| {
             let made = drawn
                 .into_iter()
-                .map(|(at, way, force_n, stiffness_n_m)| ContactForce {
+                .map(|(at, direction, force_n, stiffness_n_m)| ContactForce {
                     at_m: Vec3::new(0.0, 0.0, -0.1) + at,
-                    normal: math::unit(&way).unwrap_or_else(Vec3::z),
+                    normal: math::unit(&direction).unwrap_or_else(Vec3::z),
                     force_n,
                     stiffness_n_m,
                     ..contact(Vec3::zeros(), Vec3::z())
@@ -216,22 +216,22 @@ mod tests {
         /// A small motion of the hand changes the springs' force by no more than the stiffness
         /// predicts, and in some direction by at least 1/1.15 of the predicted change.
         #[test]
-        fn the_stiffness_is_that_of_the_stiffest_direction(all in contacts(), way in vector(1.0)) {
+        fn the_stiffness_is_that_of_the_stiffest_direction(all in contacts(), direction in vector(1.0)) {
             let stiffness = felt(&all, None).stiffness_n_m;
-            let answer = |way: &Vec3| {
+            let answer = |direction: &Vec3| {
                 let mut sum = Vec3::zeros();
                 for c in &all {
-                    let given = LEVER.way_of(&handle(), &c.at_m, way).dot(&c.normal);
-                    let wrench = LEVER.wrench(&c.at_m, &(c.normal * (given * c.stiffness_n_m)));
+                    let normal_travel = LEVER.displacement_at(&handle(), &c.at_m, direction).dot(&c.normal);
+                    let wrench = LEVER.wrench(&c.at_m, &(c.normal * (normal_travel * c.stiffness_n_m)));
                     let wrench = wrench.without_roll(&LEVER.axis(&handle()));
                     sum += LEVER.at_handle(&handle(), &wrench).force_n;
                 }
                 sum
             };
-            let way = math::unit(&way).unwrap_or_else(Vec3::x);
-            prop_assert!(math::norm(&answer(&way)) <= stiffness * 1.001 + 1.0e-3);
+            let direction = math::unit(&direction).unwrap_or_else(Vec3::x);
+            prop_assert!(math::norm(&answer(&direction)) <= stiffness * 1.001 + 1.0e-3);
             // Power iteration finds the stiffest direction.
-            let mut stiff = way;
+            let mut stiff = direction;
             for _ in 0..200 {
                 stiff = math::unit(&answer(&stiff)).unwrap_or(stiff);
             }
@@ -241,18 +241,18 @@ mod tests {
 
         /// The hand's work equals the contacts' work, in any direction of motion.
         #[test]
-        fn the_hand_gives_what_the_contacts_take(all in contacts(), way in vector(1.0)) {
+        fn work_of_the_hand_equals_work_of_the_contacts(all in contacts(), direction in vector(1.0)) {
             let felt = super::felt(&all, None, &LEVER, &handle(), false);
-            let taken: f32 = all.iter().map(|c| {
-                (c.normal * c.force_n).dot(&LEVER.way_of(&handle(), &c.at_m, &way))
+            let contact_work: f32 = all.iter().map(|c| {
+                (c.normal * c.force_n).dot(&LEVER.displacement_at(&handle(), &c.at_m, &direction))
             }).sum();
             let tolerance = 1.0e-5 * (1.0 + all.len() as f32);
-            prop_assert!((felt.wrench.force_n.dot(&way) - taken).abs() < tolerance);
+            prop_assert!((felt.wrench.force_n.dot(&direction) - contact_work).abs() < tolerance);
         }
 
         /// Force and stiffness are invariant under rotation of the room and reflection.
         #[test]
-        fn the_room_may_turn_and_be_mirrored(all in contacts(), turn in vector(3.0)) {
+        fn force_is_invariant_under_rotation_and_reflection(all in contacts(), turn in vector(3.0)) {
             let here = felt(&all, None);
             let turn = Quat::from_scaled_axis(turn);
             let turned: std::vec::Vec<ContactForce> = all.iter().map(|c| ContactForce {
@@ -260,8 +260,8 @@ mod tests {
             }).collect();
             let at = Pose::from_parts(nalgebra::Translation::identity(), turn) * handle();
             let there = super::felt(&turned, None, &LEVER, &at, true);
-            let off = there.wrench.force_n - turn * here.wrench.force_n;
-            prop_assert!(math::norm(&off) < 1.0e-4, "{off}");
+            let difference_n = there.wrench.force_n - turn * here.wrench.force_n;
+            prop_assert!(math::norm(&difference_n) < 1.0e-4, "{difference_n}");
             prop_assert!((there.stiffness_n_m - here.stiffness_n_m).abs()
                 < 1.0e-3 * (1.0 + here.stiffness_n_m));
             let mirror = |v: &Vec3| Vec3::new(-v.x, v.y, v.z);

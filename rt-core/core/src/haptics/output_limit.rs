@@ -14,19 +14,19 @@
 //!
 //! A cut skips the other gates, so that the force does not fade. The ramp comes before passivity,
 //! because damping that takes energy out must not fade with the ramp. Clamp and slew come last, so
-//! that they bound everything that leaves. Slew follows the clamp, so a demand above the peak
-//! raises `Clamped` and not `Slewed`.
+//! that they bound everything that leaves. The clamp precedes slew, so a constant demand above the
+//! peak raises `Clamped`, and no `Slewed`.
 //!
 //! A trip latches until a person enables the force again. A stale or lost device does not latch:
 //! when samples come again, the force rises by the ramp.
 //!
-//! A gate raises its fault in each tick in which it acts. Exceptions:
+//! A gate raises its fault in each tick in which it acts, with these exceptions:
 //!
 //! - A trip raises `SpeedTrip` once, when it begins.
 //! - The driver of a device that fails raises the fault ([`crate::port::Findings`]).
 //! - A stale device raises no `StaleDevice` if another fault explains its silence.
-//! - The stiffness gate raises none while its scale returns to 1.
-//! - The final finite test raises none.
+//! - The stiffness gate raises no fault while its scale returns to 1.
+//! - The final finite test raises no fault.
 
 use crate::fault::{Fault, FaultSet};
 use crate::haptics::passivity::Passivity;
@@ -37,24 +37,26 @@ use crate::words::Status;
 
 /// Largest change of force in a tick, N. At this rate a Touch reaches its peak in 3.3 ms.
 const SLEW_N: f32 = 1.0;
-/// Largest rendered stiffness, as a share of the stiffness `K` at which a loop with the device's
-/// damping and delay begins to oscillate (`b = K (T/2 + delay)`: Colgate and Schenkel 1997, with
-/// delay). A larger share renders stiffer contact with less margin. With this share `evaluate
+/// Largest rendered stiffness, as a share of the stiffness `K = b / (T/2 + delay)` at which a loop
+/// with the device's damping b and its delay begins to oscillate (Colgate and Schenkel 1997, with
+/// delay). A larger share renders stiffer contact with less margin. With this share, `evaluate
 /// haptics` finds every wall stable while a hand holds the device.
 const STABLE_SHARE: f32 = 0.7;
-/// Largest step of force in a tick from a change of the stiffness scale, N. Half of the demand's
-/// change is added to it. A hand does not feel this step; it feels a larger one as a knock.
+/// Largest step of force in a tick from a change of the stiffness scale, N; half of the demand's
+/// own change is added to it. A hand does not feel a step of this size. It feels a larger step as a
+/// knock.
 const SCALE_STEP_N: f32 = 0.001;
-/// Ticks for which the gate holds the largest recent stiffness before it fades. So if the stiffness
-/// flickers (spheres that stick and slip), the gate uses its maximum, and the force is steady.
-const STIFF_TICKS: u32 = 50;
+/// Ticks for which the gate holds the largest recent stiffness before it fades. If the stiffness
+/// flickers, as with spheres that stick and slip, the gate uses the maximum, so the force is
+/// steady.
+const STIFFNESS_HOLD_TICKS: u32 = 50;
 /// Upper bound of the remembered stiffness, N/m. An infinite stiffness would never fade.
-const RIGID_N_M: f32 = 1.0e6;
-/// Factor per tick by which a remembered stiffness fades. With a larger factor it fades more
+const REMEMBERED_MAX_N_M: f32 = 1.0e6;
+/// Factor by which a remembered stiffness fades in a tick. With a larger factor it fades more
 /// slowly.
-const FADES: f32 = 0.98;
-/// Lower bound of the stiffness scale where it serves as a divisor. A device that renders 2 N/m of
-/// a wall of 20 kN/m has this scale.
+const STIFFNESS_FADE: f32 = 0.98;
+/// Lower bound of the stiffness scale as a divisor. The scale has this value if a device renders a
+/// wall of 20 kN/m with 2 N/m.
 const SCALE_MIN: f32 = 1.0e-4;
 /// Longest delay of a device for which a stiffness is computed, s.
 const DELAY_MAX_S: f32 = 0.1;
@@ -67,11 +69,11 @@ const SPEED_TRIP_M_S: f32 = 1.2;
 /// A Touch then reaches its thermal limit after 4 s at the peak.
 const HEAT_TIME_S: f32 = 60.0;
 /// Heat at which the limit begins to fall from the peak, as a share of the heat of the continuous
-/// force. Raising it makes the fall shorter and steeper.
-const WARM: f32 = 0.8;
+/// force. A larger share makes the fall shorter and steeper.
+const WARM_SHARE: f32 = 0.8;
 /// Time in which force falls from full to zero after the sample became stale or the simulation
 /// paused, s.
-const FALL_S: f32 = 0.02;
+const RAMP_DOWN_S: f32 = 0.02;
 
 /// Force that the simulation asks for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -112,12 +114,12 @@ pub struct OutputLimit {
     gain: f32,
     /// Largest recent stiffness of the contact, N/m.
     stiffness_n_m: f32,
-    /// Ticks since `stiffness_n_m` was measured, counted up to `STIFF_TICKS`.
-    stiff_ticks: u32,
+    /// Ticks since `stiffness_n_m` was measured, counted up to `STIFFNESS_HOLD_TICKS`.
+    stiffness_age_ticks: u32,
     /// Stiffness scale: share of the force that the stiffness gate lets through.
     stiffness_scale: f32,
-    /// Size of the force demanded in the last tick, N. 0 after a cut or a restart: the next force
-    /// starts with a fresh stiffness scale.
+    /// Size of the force demanded in the last tick, N. It is 0 after a cut or a restart, so that
+    /// the next force starts with a fresh stiffness scale.
     last_demand_n: f32,
     /// Running mean of the squared force, N².
     heat_n2: f32,
@@ -125,11 +127,11 @@ pub struct OutputLimit {
     last: ForceCommand,
 }
 
-/// A limit below this (in its SI unit) counts as 0: squares of smaller forces lose their digits.
+/// A limit below this (in its SI unit) counts as 0, because squares of smaller forces underflow.
 const LIMIT_MIN: f32 = 1.0e-9;
 
 /// The limit, or 0 if it is not finite or below `LIMIT_MIN`.
-fn safe(limit: f32) -> f32 {
+fn valid_limit(limit: f32) -> f32 {
     if limit.is_finite() && limit >= LIMIT_MIN {
         limit
     } else {
@@ -141,24 +143,24 @@ impl OutputLimit {
     /// Gates for a device. `ramp_s` is the time over which force rises after each enable.
     #[must_use]
     pub fn new(device: &DeviceCapabilities, ramp_s: f32) -> Self {
-        let peak_n = safe(device.force_max_n);
+        let peak_n = valid_limit(device.force_max_n);
         Self {
             peak_n,
-            continuous_n: safe(device.force_continuous_n).min(peak_n),
-            torque_max_nm: safe(device.torque_max_nm),
+            continuous_n: valid_limit(device.force_continuous_n).min(peak_n),
+            torque_max_nm: valid_limit(device.torque_max_nm),
             opening_max_n: if device.opening.is_rendered() {
-                safe(device.opening.force_max_n)
+                valid_limit(device.opening.force_max_n)
             } else {
                 0.0
             },
             stiffness_max_n_m: stiffness_max_n_m(device),
             passivity: Passivity::new(device),
-            ramp_s: safe(ramp_s).max(TICK_S),
+            ramp_s: valid_limit(ramp_s).max(TICK_S),
             enabled: false,
             tripped: false,
             gain: 0.0,
             stiffness_n_m: 0.0,
-            stiff_ticks: 0,
+            stiffness_age_ticks: 0,
             stiffness_scale: 1.0,
             last_demand_n: 0.0,
             heat_n2: 0.0,
@@ -166,7 +168,7 @@ impl OutputLimit {
         }
     }
 
-    /// Enables the force by a person's command (this also clears a trip), or cuts it.
+    /// Enables the force by a person's command, or cuts it. Also clears a trip.
     pub fn enable(&mut self, enabled: bool) {
         self.enabled = enabled;
         self.tripped = false;
@@ -191,7 +193,7 @@ impl OutputLimit {
         self.gain = 0.0;
         self.last_demand_n = 0.0;
         self.last = ForceCommand::default();
-        self.passivity.forget();
+        self.passivity.reset();
     }
 
     /// Stiffest contact that is rendered unscaled, N/m: as the device states, or as its damping
@@ -207,8 +209,8 @@ impl OutputLimit {
         (self.peak_n > 0.0).then(|| self.limit_n() / self.stiffness_scale.max(SCALE_MIN))
     }
 
-    /// Energy that the hand put into contact and the device's damping and did not get back, J.
-    /// Below zero the loop has generated energy, and it is damped.
+    /// Energy that the hand put into contact and into the device's damping, and did not get back,
+    /// J. If it is below zero, the loop has generated energy and is damped.
     #[must_use]
     pub const fn energy_j(&self) -> f32 {
         self.passivity.energy_j()
@@ -224,16 +226,16 @@ impl OutputLimit {
         self.trip(demand, faults);
         let is_finite = is_sound(demand);
         faults.raise_if(!is_finite, Fault::BadForce);
-        let wants = demand.force_n != Vec3::zeros()
+        let is_demanded = demand.force_n != Vec3::zeros()
             || demand.torque_nm != Vec3::zeros()
             || demand.opening_n.abs() > 0.0;
-        faults.raise_if(wants && !self.enabled, Fault::NotEnabled);
+        faults.raise_if(is_demanded && !self.enabled, Fault::NotEnabled);
         self.passivity
             .observe(demand.handle_m.filter(math::is_finite));
-        let is_there = demand.device != Status::Lost && !demand.device_fails;
-        let out = if is_finite && self.is_open() && is_there {
+        let is_connected = demand.device != Status::Lost && !demand.device_fails;
+        let out = if is_finite && self.is_open() && is_connected {
             self.ramp(demand);
-            faults.raise_if(wants && self.gain < 1.0, Fault::Ramped);
+            faults.raise_if(is_demanded && self.gain < 1.0, Fault::Ramped);
             let share = self.gain * self.cap_stiffness(demand, faults);
             let (force_n, damped) = self.passivity.damp(&(demand.force_n * share));
             faults.raise_if(damped, Fault::Damped);
@@ -248,7 +250,7 @@ impl OutputLimit {
             self.last_demand_n = 0.0;
             ForceCommand::default()
         };
-        let or_none = |v: Vec3| {
+        let finite_or_zero = |v: Vec3| {
             if math::is_finite(&v) {
                 v
             } else {
@@ -256,8 +258,8 @@ impl OutputLimit {
             }
         };
         let out = ForceCommand {
-            force_n: or_none(out.force_n),
-            torque_nm: or_none(out.torque_nm),
+            force_n: finite_or_zero(out.force_n),
+            torque_nm: finite_or_zero(out.torque_nm),
             opening_n: if out.opening_n.is_finite() {
                 out.opening_n
             } else {
@@ -265,7 +267,7 @@ impl OutputLimit {
             },
         };
         self.heat_n2 += (out.force_n.norm_squared() - self.heat_n2) * (TICK_S / HEAT_TIME_S);
-        self.passivity.note_sent(&out.force_n);
+        self.passivity.record_sent(&out.force_n);
         self.last = out;
         out
     }
@@ -283,7 +285,7 @@ impl OutputLimit {
         let step = if demand.device == Status::Live && !demand.paused {
             TICK_S / self.ramp_s
         } else {
-            -TICK_S / FALL_S
+            -TICK_S / RAMP_DOWN_S
         };
         self.gain = (self.gain + step).clamp(0.0, 1.0);
     }
@@ -294,39 +296,39 @@ impl OutputLimit {
         self.remember_stiffness(demand.stiffness_n_m);
         let too_stiff = self.stiffness_n_m > self.stiffness_max_n_m;
         faults.raise_if(too_stiff, Fault::StiffnessCapped);
-        let goal = if too_stiff {
+        let target_scale = if too_stiff {
             self.stiffness_max_n_m / self.stiffness_n_m
         } else {
             1.0
         };
         // While the demand rises, the output must not fall; while the demand falls, the output must
-        // not rise. An output that falls as the hand goes deeper is unstable.
+        // not rise. An output that falls while the hand goes deeper would be unstable.
         let wanted_n = math::norm(&demand.force_n);
-        let same = self.stiffness_scale * self.last_demand_n / wanted_n.max(LIMIT_MIN);
-        let goal = if wanted_n > self.last_demand_n {
-            goal.max(same)
+        let steady_scale = self.stiffness_scale * self.last_demand_n / wanted_n.max(LIMIT_MIN);
+        let target_scale = if wanted_n > self.last_demand_n {
+            target_scale.max(steady_scale)
         } else if wanted_n < self.last_demand_n {
-            goal.min(same)
+            target_scale.min(steady_scale)
         } else {
-            goal
+            target_scale
         };
         // A new force takes its scale at once. A continuing force changes its scale in small steps.
         let step_n = SCALE_STEP_N + 0.5 * (wanted_n - self.last_demand_n).abs();
         let step = step_n / self.last_demand_n.max(step_n);
-        self.stiffness_scale += (goal - self.stiffness_scale).max(-step).min(step);
+        self.stiffness_scale += (target_scale - self.stiffness_scale).max(-step).min(step);
         self.last_demand_n = wanted_n;
         self.stiffness_scale
     }
 
-    fn remember_stiffness(&mut self, now_n_m: f32) {
-        let now_n_m = now_n_m.min(RIGID_N_M);
-        if self.last_demand_n <= 0.0 || now_n_m >= self.stiffness_n_m {
-            self.stiffness_n_m = now_n_m;
-            self.stiff_ticks = 0;
-        } else if self.stiff_ticks < STIFF_TICKS {
-            self.stiff_ticks += 1;
+    fn remember_stiffness(&mut self, present_n_m: f32) {
+        let present_n_m = present_n_m.min(REMEMBERED_MAX_N_M);
+        if self.last_demand_n <= 0.0 || present_n_m >= self.stiffness_n_m {
+            self.stiffness_n_m = present_n_m;
+            self.stiffness_age_ticks = 0;
+        } else if self.stiffness_age_ticks < STIFFNESS_HOLD_TICKS {
+            self.stiffness_age_ticks += 1;
         } else {
-            self.stiffness_n_m = now_n_m.max(self.stiffness_n_m * FADES);
+            self.stiffness_n_m = present_n_m.max(self.stiffness_n_m * STIFFNESS_FADE);
         }
     }
 
@@ -369,15 +371,15 @@ impl OutputLimit {
         .x
     }
 
-    /// Present limit of the force, N: the peak while the motors are cold. The limit falls to the
-    /// continuous force as the motors warm to the heat of the continuous force.
+    /// Present limit of the force, N: the peak while the motors are cold. As they warm, the limit
+    /// falls; at the heat of the continuous force, it equals the continuous force.
     fn limit_n(&self) -> f32 {
-        let full = self.continuous_n * self.continuous_n;
-        let excess = self.heat_n2 - WARM * full;
+        let continuous_n2 = self.continuous_n * self.continuous_n;
+        let excess = self.heat_n2 - WARM_SHARE * continuous_n2;
         if excess <= 0.0 {
             return self.peak_n;
         }
-        let share = (excess / ((1.0 - WARM) * full)).min(1.0);
+        let share = (excess / ((1.0 - WARM_SHARE) * continuous_n2)).min(1.0);
         self.peak_n + (self.continuous_n - self.peak_n) * share
     }
 }
@@ -392,8 +394,8 @@ fn stiffness_max_n_m(device: &DeviceCapabilities) -> f32 {
     if !(0.0..=DELAY_MAX_S).contains(&device.delay_s) {
         return 0.0;
     }
-    let borne_n_m = safe(device.damping_n_s_m) / (0.5 * period_s + device.delay_s);
-    safe(device.stiffness_max_n_m).min(STABLE_SHARE * borne_n_m)
+    let stable_n_m = valid_limit(device.damping_n_s_m) / (0.5 * period_s + device.delay_s);
+    valid_limit(device.stiffness_max_n_m).min(STABLE_SHARE * stable_n_m)
 }
 
 fn is_sound(demand: &Demand) -> bool {

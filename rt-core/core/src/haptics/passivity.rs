@@ -2,29 +2,29 @@
 //!
 //! A contact may return to the hand at most the energy that the hand put in. The observer sums the
 //! work that the hand does against the rendered force. For each period it uses the force that acted
-//! then, which was sent `delay` earlier. The energy that the device's own damping takes is added.
-//! If the sum is below zero, the loop generates energy, because it is too stiff for its delay, or
+//! then, which was sent `delay` earlier. The energy that the device's own damping absorbs is added.
+//! If the sum is below zero, the loop has generated energy: it is too stiff for its delay, or
 //! samples come late. The controller dissipates that energy by damping, at most as strong as the
 //! device renders.
 //!
-//! Energy that tissue has dissipated must not hide energy that the loop generates. So the sum never
-//! exceeds the work that the present force could do on the way back to the place where contact
+//! Energy that tissue has dissipated must not hide energy that the loop generates. So the sum is
+//! limited to the work that the present force would do on the way back to the place where contact
 //! began. After `FREE_TICKS` without contact the sum is reset.
 
 use crate::math::{self, Vec3};
 use crate::port::DeviceCapabilities;
 use crate::time::TICK_S;
 
-/// Number of sent forces that are kept, one a tick. The longest delay that is compensated is one
-/// tick less: enough for a slow USB device.
+/// Number of sent forces that are kept, one a tick. The longest delay that is taken into account is
+/// one tick less, which is enough for a slow USB device.
 const DELAY_MAX: usize = 16;
 /// Ticks without force after which the energy is reset.
 const FREE_TICKS: u32 = 100;
-/// Speed below which nothing is damped, m/s: one encoder step of a Touch in 4 ms. Raising it avoids
-/// noise and leaves more energy undamped.
+/// Speed below which nothing is damped, m/s: one encoder step of a Touch in 4 ms. With a larger
+/// value, damping is less noisy and leaves more energy.
 const STILL_M_S: f32 = 0.015;
-/// Weight of a new speed in the running mean, which smooths coarse encoder steps. A larger weight
-/// follows faster and is noisier.
+/// Weight of a new velocity in the running mean, which smooths coarse encoder steps. With a larger
+/// weight the mean follows faster and is noisier.
 const SPEED_BLEND: f32 = 0.3;
 
 /// State of the observer. Positions and forces are in the device's frame.
@@ -38,32 +38,32 @@ pub(crate) struct Passivity {
     /// Position of the handle at its last sample, m.
     handle_m: Option<Vec3>,
     /// Sum of the forces that acted in the ticks since the last sample, N.
-    acted_n: Vec3,
+    acting_sum_n: Vec3,
     /// Number of ticks since the last sample.
     ticks: f32,
     speed_m_s: Vec3,
     /// Position at which the present contact began, m.
-    began_m: Vec3,
+    contact_start_m: Vec3,
     free_ticks: u32,
     /// Energy that the hand put in and did not get back, J.
     energy_j: f32,
 }
 
 impl Passivity {
-    /// An observer without energy. Negative or infinite figures of the device and NaN count as
-    /// zero. A longer delay than `DELAY_MAX - 1` ticks counts as `DELAY_MAX - 1`.
+    /// An observer without energy. Figures of the device that are negative, infinite or NaN count
+    /// as zero. A delay above `DELAY_MAX - 1` ticks counts as `DELAY_MAX - 1` ticks.
     pub(crate) fn new(device: &DeviceCapabilities) -> Self {
-        let sane = |x: f32| if x.is_finite() { x.max(0.0) } else { 0.0 };
+        let non_negative = |x: f32| if x.is_finite() { x.max(0.0) } else { 0.0 };
         Self {
-            damping_n_s_m: sane(device.damping_n_s_m),
-            damping_max_n_s_m: sane(device.damping_max_n_s_m),
+            damping_n_s_m: non_negative(device.damping_n_s_m),
+            damping_max_n_s_m: non_negative(device.damping_max_n_s_m),
             sent_n: [Vec3::zeros(); DELAY_MAX],
-            delay_ticks: (sane(device.delay_s) / TICK_S + 0.5) as usize,
+            delay_ticks: (non_negative(device.delay_s) / TICK_S + 0.5) as usize,
             handle_m: None,
-            acted_n: Vec3::zeros(),
+            acting_sum_n: Vec3::zeros(),
             ticks: 0.0,
             speed_m_s: Vec3::zeros(),
-            began_m: Vec3::zeros(),
+            contact_start_m: Vec3::zeros(),
             free_ticks: 0,
             energy_j: 0.0,
         }
@@ -72,22 +72,22 @@ impl Passivity {
     /// Accounts for one period; `handle_m` is the handle's position if a sample of it came.
     pub(crate) fn observe(&mut self, handle_m: Option<Vec3>) {
         let delay = self.delay_ticks.min(DELAY_MAX - 1);
-        let acted_n = self.sent_n.iter().nth_back(delay).copied();
-        self.acted_n += acted_n.unwrap_or_else(Vec3::zeros);
+        let acting_n = self.sent_n.iter().nth_back(delay).copied();
+        self.acting_sum_n += acting_n.unwrap_or_else(Vec3::zeros);
         self.ticks += 1.0;
         let Some(now_m) = handle_m else {
             return;
         };
         if let Some(before_m) = self.handle_m {
             let travel_m = now_m - before_m;
-            let passed_s = self.ticks * TICK_S;
-            let mean_n = self.acted_n / self.ticks;
+            let elapsed_s = self.ticks * TICK_S;
+            let mean_n = self.acting_sum_n / self.ticks;
             self.energy_j -= mean_n.dot(&travel_m);
-            self.energy_j += self.damping_n_s_m * travel_m.norm_squared() / passed_s;
-            self.speed_m_s += (travel_m / passed_s - self.speed_m_s) * SPEED_BLEND;
+            self.energy_j += self.damping_n_s_m * travel_m.norm_squared() / elapsed_s;
+            self.speed_m_s += (travel_m / elapsed_s - self.speed_m_s) * SPEED_BLEND;
         }
         self.handle_m = Some(now_m);
-        self.acted_n = Vec3::zeros();
+        self.acting_sum_n = Vec3::zeros();
         self.ticks = 0.0;
     }
 
@@ -99,7 +99,7 @@ impl Passivity {
         let size_n = math::norm(wanted_n);
         if size_n <= 0.0 {
             self.free_ticks = self.free_ticks.saturating_add(1);
-            self.began_m = handle_m;
+            self.contact_start_m = handle_m;
             if self.free_ticks > FREE_TICKS {
                 self.energy_j = 0.0;
             }
@@ -107,22 +107,22 @@ impl Passivity {
             return (*wanted_n, false);
         }
         self.free_ticks = 0;
-        let could_give_j = size_n * math::norm(&(handle_m - self.began_m));
-        self.energy_j = self.energy_j.min(could_give_j);
+        let returnable_j = size_n * math::norm(&(handle_m - self.contact_start_m));
+        self.energy_j = self.energy_j.min(returnable_j);
         let speed = math::norm(&self.speed_m_s);
-        let moving = speed - STILL_M_S;
-        if self.energy_j >= 0.0 || moving <= 0.0 {
+        let excess_m_s = speed - STILL_M_S;
+        if self.energy_j >= 0.0 || excess_m_s <= 0.0 {
             return (*wanted_n, false);
         }
         // Damping that dissipates the deficit within a tick, at most what the device renders.
-        let whole_n_s_m = -self.energy_j / (TICK_S * speed * speed);
-        let damping = whole_n_s_m.min(self.damping_max_n_s_m);
-        let damped_n = wanted_n - self.speed_m_s * (damping * moving / speed);
+        let needed_n_s_m = -self.energy_j / (TICK_S * speed * speed);
+        let damping = needed_n_s_m.min(self.damping_max_n_s_m);
+        let damped_n = wanted_n - self.speed_m_s * (damping * excess_m_s / speed);
         (damped_n, true)
     }
 
     /// Records the force sent in this tick.
-    pub(crate) fn note_sent(&mut self, force_n: &Vec3) {
+    pub(crate) fn record_sent(&mut self, force_n: &Vec3) {
         self.sent_n.rotate_left(1);
         if let Some(newest) = self.sent_n.last_mut() {
             *newest = *force_n;
@@ -130,11 +130,11 @@ impl Passivity {
     }
 
     /// Resets the observer, after a time in which it was not called.
-    pub(crate) fn forget(&mut self) {
+    pub(crate) fn reset(&mut self) {
         *self = Self {
             sent_n: [Vec3::zeros(); DELAY_MAX],
             handle_m: None,
-            acted_n: Vec3::zeros(),
+            acting_sum_n: Vec3::zeros(),
             ticks: 0.0,
             speed_m_s: Vec3::zeros(),
             free_ticks: 0,
@@ -162,24 +162,24 @@ mod tests {
         ..DeviceCapabilities::TOUCH
     };
 
-    /// Moves the handle along `way`, a position a tick, against a wall of `stiffness` at 0. Returns
-    /// the largest damping force and the energy at the end.
-    fn led(
-        way: impl Iterator<Item = f32>,
+    /// Moves the handle along `positions_m`, a position a tick, against a wall of `stiffness` at 0.
+    /// Returns the largest damping force and the energy at the end.
+    fn drive(
+        positions_m: impl Iterator<Item = f32>,
         stiffness: f32,
         device: &DeviceCapabilities,
     ) -> (f32, f32) {
         let mut passivity = Passivity::new(device);
-        let mut most_n = 0.0f32;
-        for x_m in way {
+        let mut damping_force_max_n = 0.0f32;
+        for x_m in positions_m {
             passivity.observe(Some(Vec3::x() * x_m));
             let wanted_n = Vec3::x() * (-x_m * stiffness).max(0.0);
             let (out_n, acted) = passivity.damp(&wanted_n);
-            most_n = most_n.max(math::norm(&(out_n - wanted_n)));
+            damping_force_max_n = damping_force_max_n.max(math::norm(&(out_n - wanted_n)));
             assert!(acted || out_n == wanted_n);
-            passivity.note_sent(&out_n);
+            passivity.record_sent(&out_n);
         }
-        (most_n, passivity.energy_j())
+        (damping_force_max_n, passivity.energy_j())
     }
 
     fn stroke(depth_m: f32, ticks: usize) -> impl Iterator<Item = f32> {
@@ -197,7 +197,7 @@ mod tests {
         for (x, force, energy) in [(0.0, 0.0, 0.0), (-0.01, 1.0, 0.0), (0.0, 0.0, -0.01)] {
             passivity.observe(Some(Vec3::x() * x));
             assert!((passivity.energy_j() - energy).abs() < 1.0e-7);
-            passivity.note_sent(&(Vec3::x() * force));
+            passivity.record_sent(&(Vec3::x() * force));
         }
         // The device's own damping of 0.05 N s/m takes 0.05 · (10 m/s)² · 1 ms = 5 mJ each way: the
         // sum is zero.
@@ -209,7 +209,7 @@ mod tests {
         for (x, force, energy) in [(0.0, 0.0, 0.0), (-0.01, 1.0, 0.005), (0.0, 0.0, 0.0)] {
             passivity.observe(Some(Vec3::x() * x));
             assert!((passivity.energy_j() - energy).abs() < 1.0e-7);
-            passivity.note_sent(&(Vec3::x() * force));
+            passivity.record_sent(&(Vec3::x() * force));
         }
     }
 
@@ -222,9 +222,9 @@ mod tests {
             ..DEVICE
         };
         let strokes = || (0..20).flat_map(|_| stroke(0.003, 40));
-        assert!(led(strokes(), 400.0, &device(1.2)).0.to_bits() == 0);
-        let (most_n, _) = led(strokes(), 400.0, &device(0.2));
-        assert!(most_n > 0.02, "{most_n}");
+        assert!(drive(strokes(), 400.0, &device(1.2)).0.to_bits() == 0);
+        let (damping_force_max_n, _) = drive(strokes(), 400.0, &device(0.2));
+        assert!(damping_force_max_n > 0.02, "{damping_force_max_n}");
     }
 
     #[test]
@@ -232,10 +232,10 @@ mod tests {
         let mut passivity = Passivity::new(&DEVICE);
         passivity.observe(Some(Vec3::zeros()));
         for force in [1.0, 2.0, 3.0] {
-            passivity.note_sent(&(Vec3::x() * force));
+            passivity.record_sent(&(Vec3::x() * force));
             passivity.observe(None);
         }
-        passivity.note_sent(&(Vec3::x() * 4.0));
+        passivity.record_sent(&(Vec3::x() * 4.0));
         passivity.observe(Some(Vec3::x() * -0.01)); // against 2.5 N on the mean
         assert!((passivity.energy_j() - 0.025).abs() < 1.0e-7);
     }
@@ -251,8 +251,8 @@ mod tests {
             let device = DeviceCapabilities { damping_n_s_m: damping, delay_s: delay, ..DEVICE };
             let mut passivity = Passivity::new(&device);
             let mut at_m = Vec3::zeros();
-            for (way, force, fresh) in ways {
-                at_m.x += way;
+            for (step_m, force, fresh) in ways {
+                at_m.x += step_m;
                 passivity.observe(fresh.then_some(at_m));
                 let wanted_n = Vec3::x() * force.max(0.0);
                 let (out_n, _) = passivity.damp(&wanted_n);
@@ -260,7 +260,7 @@ mod tests {
                 prop_assert!(wanted_n.x > 0.0 || added.to_bits() == 0);
                 prop_assert!(added * passivity.speed_m_s.x <= 0.0);
                 prop_assert!(added.abs() <= 5.0 * passivity.speed_m_s.x.abs() + 1.0e-6);
-                passivity.note_sent(&out_n);
+                passivity.record_sent(&out_n);
             }
         }
     }

@@ -1,11 +1,11 @@
-//! Transitions: a force that an action of a person would end in one tick fades instead. Such
-//! actions are a pause, a change of the instrument, jaws that open, a reset. Only the part of the
-//! force that is lost fades; a new force is felt at once.
+//! Transitions. Some actions of a person end a force in one tick: a pause, a change of the
+//! instrument, jaws that open, a reset. At the handle this force fades instead. Only the part of
+//! the force that is lost fades; a new force is felt at once.
 
 use crate::time::TICK_S;
 use crate::tool::Wrench;
 
-/// Duration of a transition, s. Raising it makes the end of a force softer and later.
+/// Duration of a transition, s. A longer one makes the end of a force softer and later.
 const TRANSITION_S: f32 = 0.02;
 
 /// State of a transition.
@@ -14,19 +14,19 @@ pub(crate) struct Transition {
     /// Wrench that was felt in the last tick.
     last: Wrench,
     /// Wrench that was lost at the start of the transition.
-    rest: Wrench,
-    /// Share of `rest` that is still felt.
-    left: f32,
+    lost: Wrench,
+    /// Share of `lost` that is still felt.
+    lost_share: f32,
     /// True if a transition begins with the next wrench.
     is_discontinuous: bool,
 }
 
 impl Transition {
     /// No transition.
-    pub(crate) const NOTHING: Self = Self {
+    pub(crate) const NONE: Self = Self {
         last: Wrench::ZERO,
-        rest: Wrench::ZERO,
-        left: 0.0,
+        lost: Wrench::ZERO,
+        lost_share: 0.0,
         is_discontinuous: false,
     };
 
@@ -38,13 +38,13 @@ impl Transition {
     /// Wrench that the hand feels in this tick, for the tissue's `wrench` at the handle.
     pub(crate) fn felt(&mut self, wrench: &Wrench) -> Wrench {
         if self.is_discontinuous {
-            let rest = self.last.plus(wrench, -1.0);
-            self.rest = if rest.is_finite() { rest } else { Wrench::ZERO };
-            self.left = 1.0;
+            let lost = self.last.plus(wrench, -1.0);
+            self.lost = if lost.is_finite() { lost } else { Wrench::ZERO };
+            self.lost_share = 1.0;
             self.is_discontinuous = false;
         }
-        self.left = (self.left - TICK_S / TRANSITION_S).max(0.0);
-        self.last = wrench.plus(&self.rest, self.left);
+        self.lost_share = (self.lost_share - TICK_S / TRANSITION_S).max(0.0);
+        self.last = wrench.plus(&self.lost, self.lost_share);
         self.last
     }
 }
@@ -63,7 +63,7 @@ mod tests {
 
     #[test]
     fn force_that_a_decision_ends_fades_and_tissue_is_felt_at_once() {
-        let mut transition = Transition::NOTHING;
+        let mut transition = Transition::NONE;
         assert_eq!(transition.felt(&pulls(1.0)), pulls(1.0));
         assert_eq!(transition.felt(&pulls(0.2)), pulls(0.2));
         let mut last = transition.felt(&pulls(2.0));
@@ -82,8 +82,8 @@ mod tests {
     }
 
     #[test]
-    fn value_that_is_no_number_does_not_stay() {
-        let mut transition = Transition::NOTHING;
+    fn nan_does_not_persist() {
+        let mut transition = Transition::NONE;
         let _ = transition.felt(&pulls(f32::NAN));
         transition.discontinuity();
         assert_eq!(transition.felt(&pulls(1.0)), pulls(1.0));

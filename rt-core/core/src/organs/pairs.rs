@@ -1,19 +1,20 @@
 //! Near pairs of spheres, of two organs or of one, that are not linked. [`crate::organs::between`]
 //! presses them apart.
 //!
-//! The reach of an outer sphere is about its distance at rest from the skin over it, if this is
-//! more than its radius, because spheres lie under the skin.
+//! Spheres lie under the skin. So the reach of an outer sphere is about its distance at rest from
+//! the skin over it, if this is more than its radius.
 //!
-//! Inner spheres of one organ overlap at rest by construction. So within an organ only pairs that
-//! were apart at rest are kept apart. Spheres of two organs that overlapped at rest come no nearer
-//! than they were at rest. The inner-sphere paper does not say how it distinguishes these cases.
+//! Neighbouring spheres of one organ overlap at rest by construction. So within an organ, only
+//! pairs that were apart at rest are kept apart. Spheres of two organs that overlapped at rest come
+//! no nearer than they were at rest. The inner-sphere paper does not say how it distinguishes these
+//! cases.
 //!
 //! Near pairs are searched in a grid, a sixteenth of the spheres a tick. A list of pairs is
-//! complete after [`CYCLE`] ticks and is then used for as many. A pair of two organs is used from
-//! the tick in which it is found. Spheres that approach by more than [`MARGIN_M`] in 16 ticks (0.2
-//! m/s) are found late, by at most 16 ms. Spheres that have hardly moved since their last search
-//! are not searched again; a pair of two such spheres is kept. O(spheres that move · spheres in
-//! cells within reach / 16 + pairs) a tick.
+//! complete after [`CYCLE_TICKS`] ticks, and is used for the next `CYCLE_TICKS` ticks. A pair of
+//! two organs is also used from the tick in which it is found. Spheres that approach by more than
+//! [`MARGIN_M`] in 16 ticks (0.2 m/s) are found late, by at most 16 ms. Spheres that have hardly
+//! moved since their last search are not searched again; a pair of two such spheres is kept.
+//! O(spheres that move · spheres in cells within reach / 16 + pairs) a tick.
 
 use heapless::Vec;
 
@@ -25,30 +26,30 @@ use crate::scene::Scene;
 use crate::tissue::Bodies;
 use crate::tissue::per_sphere::PerSphere;
 
-/// Ticks in which every sphere is searched once. More ticks cost less time in each, but fast
-/// spheres are found later.
-const CYCLE: u32 = 16;
+/// Number of ticks within which every sphere is searched once. With a larger number, a tick costs
+/// less, but fast spheres are found later.
+const CYCLE_TICKS: u32 = 16;
 /// Largest gap of a listed pair, m. A larger value finds faster spheres in time, but lists more
 /// pairs.
 const MARGIN_M: f32 = 0.003;
 
 /// Travel of a sphere since the grid was built that a search allows for, m. Faster spheres (0.2
 /// m/s) are found in the next grid.
-const MOVED_M: f32 = 0.003;
+const TRAVEL_MAX_M: f32 = 0.003;
 
-/// Travel since its last search below which a sphere counts as still, m. Two still spheres can have
-/// approached by three times this value since the second was searched.
-const STILL_M: f32 = 0.000_15;
+/// Travel since its last search below which a sphere counts as still, m. Since the later of their
+/// two searches, two still spheres can have approached by three times this value.
+const STILL_TRAVEL_M: f32 = 0.000_15;
 
-/// Upper bound of the distance at which a pair within one organ is kept apart, as a share of the
-/// pair's distance at rest. So no pair of an organ at rest pushes.
-const HAS_CLOSED: f32 = 0.95;
-/// Share of the squared distance at rest below which a pair within one organ is listed. A pair of
-/// still spheres that is farther apart cannot come to touch.
-const MAY_CLOSE: f32 = 0.96;
+/// Upper bound of the distance to which a pair within one organ is pressed apart, as a share of the
+/// pair's distance at rest. It is below 1, so no pair of an organ at rest pushes.
+const APART_SHARE_OF_REST: f32 = 0.95;
+/// Squared distance below which a pair within one organ is listed, as a share of the squared
+/// distance at rest. Still spheres that are farther apart cannot come to touch.
+const LISTED_SHARE_OF_REST: f32 = 0.96;
 
-/// Largest reach of a sphere, in its radii, so that a sphere near a thin rim does not reach as far
-/// as the rim.
+/// Largest reach of a sphere, in its radii. It keeps the ball of a sphere near a thin rim from
+/// extending as far as the rim.
 const REACH_MAX: f32 = 1.5;
 
 /// Position of a sphere that was never searched.
@@ -72,39 +73,39 @@ struct SkinDistance {
 }
 
 impl SkinDistance {
-    const NOTHING: Self = Self {
+    const NONE: Self = Self {
         vertices: 0.0,
         sum_m: 0.0,
         nearest_m: f32::MAX,
     };
 
-    fn add(&mut self, away_m: f32) {
+    fn add(&mut self, distance_m: f32) {
         self.vertices += 1.0;
-        self.sum_m += away_m;
-        self.nearest_m = self.nearest_m.min(away_m);
+        self.sum_m += distance_m;
+        self.nearest_m = self.nearest_m.min(distance_m);
     }
 
-    /// Reach of the sphere, m: midway between the nearest distance and the mean. Balls that touch
-    /// with this reach let some of the skin between them overlap, and hold some apart, by equal
+    /// Reach of the sphere, m: midway between the least and the mean distance. When balls of this
+    /// reach touch, the skin between them overlaps in some places and is apart in others, by equal
     /// amounts.
     fn reach_m(&self) -> Option<f32> {
         (self.vertices > 0.0).then(|| 0.5 * (self.nearest_m + self.sum_m / self.vertices))
     }
 }
 
-/// Pairs in use, and those being collected.
+/// The list of pairs in use, and the list that is being collected.
 #[derive(Debug, Clone)]
 pub(crate) struct Pairs {
     grid: Grid,
-    /// Spheres that other spheres can meet. In an organ with a skin, these are the spheres that are
-    /// nearest to some skin vertex; the others lie behind them.
+    /// Spheres that can touch other spheres. In an organ with a skin, these are the spheres that
+    /// are nearest to some skin vertex; the other spheres lie behind them.
     outer: Vec<u16, MAX_SPHERES>,
     /// Reach of each sphere from its centre, m.
     reach_m: PerSphere<f32>,
     current: Vec<Pair, MAX_SPHERE_PAIRS>,
     next: Vec<Pair, MAX_SPHERE_PAIRS>,
     /// Position of each sphere at its last search, m.
-    searched_m: PerSphere<Vec3>,
+    last_search_m: PerSphere<Vec3>,
     /// Spheres that count as still in this cycle.
     is_still: PerSphere<bool>,
     /// Position in the cycle.
@@ -119,7 +120,7 @@ impl Pairs {
             reach_m: PerSphere::new(0.0),
             current: Vec::new(),
             next: Vec::new(),
-            searched_m: PerSphere::new(NEVER),
+            last_search_m: PerSphere::new(NEVER),
             is_still: PerSphere::new(false),
             phase: 0,
         }
@@ -128,12 +129,12 @@ impl Pairs {
     /// Starts anew with `scene`.
     pub(crate) fn load(&mut self, scene: &Scene<'_>) {
         self.outer.clear();
-        let mut skin_distances = PerSphere::new(SkinDistance::NOTHING);
+        let mut skin_distances = PerSphere::new(SkinDistance::NONE);
         for vertex in scene.skin.vertices {
             let number = u32::from(vertex.spheres[0]);
             if let Some(sphere) = scene.spheres.get(number as usize) {
-                let away_m = math::norm(&(scene.skin_at_rest_m(vertex) - sphere.center_m));
-                skin_distances.at_mut(number).add(away_m);
+                let distance_m = math::norm(&(scene.skin_at_rest_m(vertex) - sphere.center_m));
+                skin_distances.at_mut(number).add(distance_m);
             }
         }
         for (number, sphere) in (0..).zip(scene.spheres) {
@@ -147,7 +148,7 @@ impl Pairs {
         }
         self.current.clear();
         self.next.clear();
-        self.searched_m = PerSphere::new(NEVER);
+        self.last_search_m = PerSphere::new(NEVER);
         self.phase = 0;
     }
 
@@ -157,8 +158,8 @@ impl Pairs {
             core::mem::swap(&mut self.current, &mut self.next);
             self.next.clear();
             for a in self.outer.iter().map(|&a| u32::from(a)) {
-                let moved_m = bodies.nodes.at(a).center_m() - self.searched_m.at(a);
-                *self.is_still.at_mut(a) = moved_m.norm_squared() < STILL_M * STILL_M;
+                let moved_m = bodies.nodes.at(a).center_m() - self.last_search_m.at(a);
+                *self.is_still.at_mut(a) = moved_m.norm_squared() < STILL_TRAVEL_M * STILL_TRAVEL_M;
             }
             for pair in &self.current {
                 let [a, b] = [pair.a, pair.b].map(|i| *self.is_still.at(u32::from(i)));
@@ -171,20 +172,24 @@ impl Pairs {
                 .build(bodies, &self.outer, |sphere| *reach_m.at(sphere));
         }
         let share = self.outer.iter().skip(self.phase as usize);
-        for a in share.step_by(CYCLE as usize).map(|&a| u32::from(a)) {
+        for a in share.step_by(CYCLE_TICKS as usize).map(|&a| u32::from(a)) {
             if *self.is_still.at(a) {
                 continue;
             }
             let center_m = bodies.nodes.at(a).center_m();
-            *self.searched_m.at_mut(a) = center_m;
-            let (at, reach_m) = (center_m.into(), self.reach_m.at(a) + MARGIN_M + MOVED_M);
+            *self.last_search_m.at_mut(a) = center_m;
+            let (at, reach_m) = (
+                center_m.into(),
+                self.reach_m.at(a) + MARGIN_M + TRAVEL_MAX_M,
+            );
             for run in self.grid.near(&center_m, reach_m) {
-                for seen in run {
-                    if !seen.is_near(&at, reach_m) {
+                for found in run {
+                    if !found.is_near(&at, reach_m) {
                         continue;
                     }
-                    let b = u32::from(seen.sphere);
-                    // Two moving spheres find each other twice, so one of the finds is skipped.
+                    let b = u32::from(found.sphere);
+                    // Each of two moving spheres finds the other, so one of the two finds is
+                    // skipped.
                     if b <= a && (b == a || !*self.is_still.at(b)) {
                         continue;
                     }
@@ -199,7 +204,7 @@ impl Pairs {
                 }
             }
         }
-        self.phase = (self.phase + 1) % CYCLE;
+        self.phase = (self.phase + 1) % CYCLE_TICKS;
     }
 
     /// The near pairs in use; a pair may be listed twice.
@@ -220,8 +225,8 @@ fn near_pair(bodies: &Bodies, reach_m: &PerSphere<f32>, a: u32, b: u32) -> Optio
     let mut apart_m = reach.min(math::sqrt(at_rest_squared));
     if bodies.organ.at(a) == bodies.organ.at(b) {
         let was_apart = at_rest_squared >= reach * reach;
-        let may_close = squared < MAY_CLOSE * at_rest_squared;
-        apart_m = apart_m.min(HAS_CLOSED * math::sqrt(at_rest_squared));
+        let may_close = squared < LISTED_SHARE_OF_REST * at_rest_squared;
+        apart_m = apart_m.min(APART_SHARE_OF_REST * math::sqrt(at_rest_squared));
         let linked = || bodies.adjacency.of(a).iter().any(|&n| u32::from(n) == b);
         if !was_apart || !may_close || linked() {
             return None;
@@ -260,7 +265,7 @@ mod tests {
             bodies.nodes.at_mut(*i).move_by(u);
         }
         let mut faults = FaultSet::NONE;
-        for _ in 0..=CYCLE {
+        for _ in 0..=CYCLE_TICKS {
             pairs.find(&bodies, &mut faults);
         }
         (pairs, bodies)
@@ -283,7 +288,7 @@ mod tests {
         assert_eq!(listed(&pairs), [(0, 1)]);
         let mut after = |sphere: u32, travel_m: f32| {
             bodies.nodes.at_mut(sphere).move_by(&(Vec3::x() * travel_m));
-            for _ in 0..3 * CYCLE {
+            for _ in 0..3 * CYCLE_TICKS {
                 let mut faults = FaultSet::NONE;
                 pairs.find(&bodies, &mut faults);
             }

@@ -1,10 +1,9 @@
 //! Clips: a clip closes the tubes between the jaws of the closing applier, as far as the clip
-//! reaches over the tubes.
+//! covers them.
 //!
-//! A clip stays on its link of the tube, moves with the link, and makes it stiff and thin. A tube
-//! that is squeezed flat is half its circumference wide; the part of this width that the clip does
-//! not reach stays open. Scissors do not cut a clip (`cut.rs`). A clip that closes on no tube is
-//! lost.
+//! A clip stays on its link of the tube, moves with the link, and makes it stiff and thin. A
+//! flattened tube is half its circumference wide; the part of this width that the clip does not
+//! cover stays open. Scissors do not cut a clip (`cut.rs`). A clip that closes on no tube is lost.
 
 use heapless::Vec;
 
@@ -14,17 +13,17 @@ use crate::procedure::grasp::Jaws;
 use crate::scene::Scene;
 use crate::tissue::Bodies;
 use crate::tissue::bar::Bar;
-use crate::tissue::tubes::Step;
+use crate::tissue::tubes::TubeSegment;
 
 /// Length of a closed clip (medium-large, titanium), m. The clip lies at the ends of the jaws.
-const LENGTH_M: f32 = 0.009;
+const CLIP_LENGTH_M: f32 = 0.009;
 /// Half of the length of tube that a clip occupies, m. Blades do not cut closer to the clip than
 /// this.
 const HALF_WIDTH_M: f32 = 0.001_2;
-/// Compliance of a clipped link, relative to the link's own compliance.
-const STIFF: f32 = 0.02;
-/// Thickness of a tube that is fully closed, relative to the open tube.
-const SQUEEZED: f32 = 0.5;
+/// Compliance of a clipped link, as a share of the link's own compliance.
+const CLIPPED_COMPLIANCE_SHARE: f32 = 0.02;
+/// Thickness of a fully closed tube, as a share of the thickness of the open tube.
+const CLOSED_THICKNESS_SHARE: f32 = 0.5;
 
 /// A clip on a tube.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,24 +53,24 @@ impl Clip {
 /// All clips of a session.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Clips {
-    on: Vec<Clip, MAX_CLIPPED>,
+    clips: Vec<Clip, MAX_CLIPPED>,
     used: u32,
 }
 
 impl Clips {
     /// Clips on tubes.
     pub(crate) fn on_tubes(&self) -> &[Clip] {
-        &self.on
+        &self.clips
     }
 
     /// Number of clips left in the applier.
-    pub(crate) const fn left(&self) -> u32 {
+    pub(crate) const fn remaining(&self) -> u32 {
         CLIPS.saturating_sub(self.used)
     }
 
-    /// Organs with a tube between closing jaws. The applier holds only these organs, and holds them
-    /// before the jaws touch them: the ends of a clip close first, so tissue between its legs
-    /// cannot slip out.
+    /// Organs with a tube between closing jaws. The applier grasps only these organs. It grasps
+    /// them before the jaws touch them, because the ends of a clip close first, so that tissue
+    /// between its legs cannot slip out.
     pub(crate) fn between(
         jaws: &Jaws<'_>,
         scene: &Scene<'_>,
@@ -79,8 +78,8 @@ impl Clips {
     ) -> [bool; MAX_ORGANS] {
         let mut between = [false; MAX_ORGANS];
         for ((organ, _), between) in (0u8..).zip(scene.organs).zip(&mut between) {
-            *between = bodies.beads.steps_of(organ).any(|step| {
-                let (ends_m, radius_m) = lies(&step, bodies);
+            *between = bodies.beads.segments_of(organ).any(|segment| {
+                let (ends_m, radius_m) = segment_ends(&segment, bodies);
                 jaws.crossing(&ends_m, radius_m).is_some()
             });
         }
@@ -97,134 +96,135 @@ impl Clips {
         bodies: &mut Bodies,
         mut closed: impl FnMut(Option<u8>, u32),
     ) {
-        if self.left() == 0 {
+        if self.remaining() == 0 {
             return;
         }
-        let (number, before) = (self.used, self.on.len());
+        let (number, before) = (self.used, self.clips.len());
         self.used += 1;
         let legs = jaws.world_from_instrument.rotation * -Vec3::z();
         for (organ, _) in (0u8..).zip(scene.organs) {
-            let mut has = false;
-            for step in bodies.beads.steps_of(organ) {
-                let (ends_m, radius_m) = lies(&step, bodies);
-                let is_whole = bodies.parted.left_of_link(step.link) > 0.0;
-                let held = reach(jaws, &ends_m, radius_m).filter(|_| is_whole);
-                let Some((share, closed)) = held else {
+            let mut is_clipped = false;
+            for segment in bodies.beads.segments_of(organ) {
+                let (ends_m, radius_m) = segment_ends(&segment, bodies);
+                let is_whole = bodies.damage.intact_of_link(segment.link) > 0.0;
+                let covered = covered_share(jaws, &ends_m, radius_m).filter(|_| is_whole);
+                let Some((share, closed)) = covered else {
                     continue;
                 };
                 let clip = Clip {
                     number,
-                    spheres: [u32::from(step.a), u32::from(step.b)],
+                    spheres: [u32::from(segment.a), u32::from(segment.b)],
                     share,
                     closed,
                     legs,
-                    link: step.link,
+                    link: segment.link,
                 };
-                has |= self.on.push(clip).is_ok();
+                is_clipped |= self.clips.push(clip).is_ok();
             }
-            if has {
+            if is_clipped {
                 closed(Some(organ), number);
             }
         }
-        for clip in self.on.iter().skip(before) {
+        for clip in self.clips.iter().skip(before) {
             squeeze(clip, bodies);
         }
-        if self.on.len() == before {
+        if self.clips.len() == before {
             closed(None, number);
         }
     }
 
-    /// Closes the next clip fully on this step of a tube, without an applier.
-    pub(crate) fn put_on(&mut self, step: &Step, bodies: &mut Bodies) {
-        let (ends_m, _) = lies(step, bodies);
+    /// Closes the next clip fully on this segment of a tube, without an applier.
+    pub(crate) fn close_on(&mut self, segment: &TubeSegment, bodies: &mut Bodies) {
+        let (ends_m, _) = segment_ends(segment, bodies);
         let clip = Clip {
             number: self.used,
-            spheres: [u32::from(step.a), u32::from(step.b)],
+            spheres: [u32::from(segment.a), u32::from(segment.b)],
             share: 0.5,
             closed: 1.0,
-            legs: math::across(&(ends_m[1] - ends_m[0])),
-            link: step.link,
+            legs: math::perpendicular(&(ends_m[1] - ends_m[0])),
+            link: segment.link,
         };
-        if self.left() > 0 && self.on.push(clip).is_ok() {
+        if self.remaining() > 0 && self.clips.push(clip).is_ok() {
             self.used += 1;
             squeeze(&clip, bodies);
         }
     }
 
     /// Share of a link's lumen that clips leave open.
-    pub(crate) fn open(&self, link: u32) -> f32 {
-        let own = self.on.iter().filter(|clip| clip.link == link);
-        own.fold(1.0, |open, clip| open.min(1.0 - clip.closed))
+    pub(crate) fn open_share(&self, link: u32) -> f32 {
+        let on_link = self.clips.iter().filter(|clip| clip.link == link);
+        on_link.fold(1.0, |open_share, clip| open_share.min(1.0 - clip.closed))
     }
 
     /// Links with clips, and the clips' positions, world frame, m.
     pub(crate) fn places(&self, bodies: &Bodies) -> Vec<(u32, Vec3), MAX_CLIPPED> {
         let mut places = Vec::new();
-        for clip in &self.on {
+        for clip in &self.clips {
             let _ = places.push((clip.link, clip.at_m(bodies))); // has room for all
         }
         places
     }
 
     /// Holds clipped tubes together and turns each clip with its tube, after the constraints of a
-    /// substep of `organ`. If `organ` is `None`: for the clips of all organs.
+    /// substep of `organ`. If `organ` is `None`, does so for the clips of all organs.
     pub(crate) fn carry(&mut self, organ: Option<u8>, scene: &Scene<'_>, bodies: &mut Bodies) {
-        for clip in &mut self.on {
+        for clip in &mut self.clips {
             let [a, b] = clip.spheres;
-            let own = *bodies.organ.at(a);
+            let own_organ = *bodies.organ.at(a);
             let Some(link) = scene.links.get(clip.link as usize) else {
                 continue;
             };
-            if organ.is_some_and(|organ| organ != own) {
+            if organ.is_some_and(|organ| organ != own_organ) {
                 continue;
             }
-            if bodies.parted.left_of_link(clip.link) > 0.0 {
-                let step_s = scene.step_s_of(own);
-                let stiff = Bar {
-                    rest_length_m: link.rest_length_m * bodies.parted.shrunk(own),
-                    softness_per_kg: link.compliance_m_n * STIFF / (step_s * step_s),
+            if bodies.damage.intact_of_link(clip.link) > 0.0 {
+                let step_s = scene.step_s_of(own_organ);
+                let bar = Bar {
+                    rest_length_m: link.rest_length_m * bodies.damage.rest_length_share(own_organ),
+                    scaled_compliance_per_kg: link.compliance_m_n * CLIPPED_COMPLIANCE_SHARE
+                        / (step_s * step_s),
                 };
-                stiff.project(&mut bodies.nodes, [link.a, link.b], 0.0, &mut 0.0);
+                bar.project(&mut bodies.nodes, [link.a, link.b], 0.0, &mut 0.0);
             }
             let along = bodies.nodes.at(b).center_m() - bodies.nodes.at(a).center_m();
             let along = math::unit(&along).unwrap_or_else(Vec3::z);
             let across = clip.legs - along * along.dot(&clip.legs);
-            clip.legs = math::unit(&across).unwrap_or_else(|| math::across(&along));
+            clip.legs = math::unit(&across).unwrap_or_else(|| math::perpendicular(&along));
         }
     }
 }
 
-/// True if a clip at one of these places blocks blades that would cut here. `link` is the index of
-/// the link to be cut, if it is one.
-pub(crate) fn guards(places: &[(u32, Vec3)], link: Option<u32>, at_m: &Vec3) -> bool {
-    let is_there =
+/// True if a clip at one of these places keeps blades from cutting at `at_m`. `link` is the index
+/// of the link to be cut, if a link is to be cut.
+pub(crate) fn clip_blocks(places: &[(u32, Vec3)], link: Option<u32>, at_m: &Vec3) -> bool {
+    let blocks =
         |place: &(u32, Vec3)| Some(place.0) == link || math::norm(&(place.1 - at_m)) < HALF_WIDTH_M;
-    places.iter().any(is_there)
+    places.iter().any(blocks)
 }
 
 fn squeeze(clip: &Clip, bodies: &mut Bodies) {
     let [a, b] = clip.spheres;
     let radius_m = bodies.radius_m.at_mut(if clip.share > 0.5 { b } else { a });
-    *radius_m *= 1.0 - (1.0 - SQUEEZED) * clip.closed;
+    *radius_m *= 1.0 - (1.0 - CLOSED_THICKNESS_SHARE) * clip.closed;
 }
 
-/// Ends of a step (link) along a tube, world frame, m, and the radius of the tube there, m.
-fn lies(step: &Step, bodies: &Bodies) -> ([Vec3; 2], f32) {
-    let spheres = [u32::from(step.a), u32::from(step.b)];
+/// Ends of a segment of a tube, world frame, m, and the radius of the tube there, m.
+fn segment_ends(segment: &TubeSegment, bodies: &Bodies) -> ([Vec3; 2], f32) {
+    let spheres = [u32::from(segment.a), u32::from(segment.b)];
     let [a, b] = spheres.map(|it| *bodies.radius_m.at(it));
     (spheres.map(|it| bodies.nodes.at(it).center_m()), a.min(b))
 }
 
 /// Position at which a link with these ends (world frame, m) crosses between the jaws, as a share
 /// of the link, and the share of the lumen that a clip at the jaws' ends closes there.
-fn reach(jaws: &Jaws<'_>, ends_m: &[Vec3; 2], radius_m: f32) -> Option<(f32, f32)> {
+fn covered_share(jaws: &Jaws<'_>, ends_m: &[Vec3; 2], radius_m: f32) -> Option<(f32, f32)> {
     let crossing = jaws.crossing(ends_m, radius_m)?;
     let (tip_m, half_m) = (
         jaws.instrument.jaw_length_m(),
         core::f32::consts::FRAC_PI_2 * radius_m,
     );
     let at_m = crossing.along * tip_m;
-    let from_m = (at_m - half_m).max(tip_m - LENGTH_M);
+    let from_m = (at_m - half_m).max(tip_m - CLIP_LENGTH_M);
     let to_m = (at_m + half_m).min(tip_m);
     let closed = (to_m - from_m) / (2.0 * half_m);
     (closed > 0.0).then(|| (crossing.share, closed.min(1.0)))

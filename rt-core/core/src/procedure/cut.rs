@@ -2,60 +2,61 @@
 //!
 //! The damage of a link (of a tube, band or suture) between the blades begins when the gap is as
 //! narrow as the link is thick, and is complete when the gap is shut. A link that slides out of the
-//! blades keeps its damage. The edges grip, so tissue between the blades moves with them. The arm
-//! does not feel the cutting force, because the forces of the two blades are in balance. The arm
+//! blades keeps its damage. The edges grip, so tissue between the blades moves with them. The hand
+//! does not feel the cutting force at the shaft, because the forces of the two blades balance. It
 //! feels that the severed tissue no longer pulls. Fingers in a handle that opens and shuts feel the
-//! force ([`crate::procedure::opening`]). Tetrahedra are not cut yet.
+//! cutting force ([`crate::procedure::opening`]). Tetrahedra are not cut yet.
 
 use crate::math::Vec3;
-use crate::procedure::clip::guards;
+use crate::procedure::clip::clip_blocks;
 use crate::procedure::grasp::Jaws;
 use crate::scene::Scene;
 use crate::tissue::Bodies;
-use crate::tissue::damage::{Apart, damage_all, sparing_none};
+use crate::tissue::damage::{Severed, damage_all, spare_none};
 
-/// Work of closing blades.
+/// Resistance of tissue to closing blades.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct Cutting {
-    /// True if tissue is left between the blades.
+pub(crate) struct CutWork {
+    /// True if uncut tissue is between the blades.
     pub(crate) is_cutting: bool,
     /// Energy that a full closing of the blades would take at the present rate, J.
     pub(crate) full_closing_j: f32,
 }
 
-/// Cuts the links between these blades, which have closed by the share `closed` of their full
-/// opening. Spares places at clips (`clips`: links and places, world frame, m). `cut` receives each
-/// severed link. O(attachments and elastic links of organs that move).
+/// Cuts the links between these blades, which have closed by the share `closed_share` of their full
+/// opening in this tick. Does not cut at clips (`clips`: links and places, world frame, m).
+/// `severed` receives each severed link. O(attachments and elastic links of organs that move).
 pub(crate) fn cut_all(
     blades: &Jaws<'_>,
-    closed: f32,
+    closed_share: f32,
     clips: &[(u32, Vec3)],
     scene: &Scene<'_>,
     bodies: &mut Bodies,
-    cut: impl FnMut(Apart),
-) -> Cutting {
-    let mut work = Cutting::default();
-    damage_all(scene, bodies, sparing_none, cut, |bar, parted| {
+    severed: impl FnMut(Severed),
+) -> CutWork {
+    let mut work = CutWork::default();
+    damage_all(scene, bodies, spare_none, severed, |bar, damage| {
         let Some(crossing) = blades.crossing(&bar.ends_m, bar.radius_m) else {
-            return parted;
+            return damage;
         };
         let at_m = bar.ends_m[0] + (bar.ends_m[1] - bar.ends_m[0]) * crossing.share;
-        if guards(clips, bar.link, &at_m) {
-            return parted;
+        if clip_blocks(clips, bar.link, &at_m) {
+            return damage;
         }
-        let thick_m = 2.0 * bar.radius_m;
-        let open_m = 2.0 * blades.instrument.jaw_opening_m() * crossing.along;
-        let gap_m = open_m * blades.jaw;
-        if gap_m >= thick_m {
-            work.is_cutting |= parted < 1.0 && blades.meets(&crossing, bar.radius_m);
-            return parted;
+        let thickness_m = 2.0 * bar.radius_m;
+        let full_gap_m = 2.0 * blades.instrument.jaw_opening_m() * crossing.along;
+        let gap_m = full_gap_m * blades.jaw;
+        if gap_m >= thickness_m {
+            work.is_cutting |= damage < 1.0 && blades.meets(&crossing, bar.radius_m);
+            return damage;
         }
-        let parted = (parted + open_m * closed / thick_m).max(1.0 - gap_m / thick_m);
-        if parted < 1.0 {
+        let damage =
+            (damage + full_gap_m * closed_share / thickness_m).max(1.0 - gap_m / thickness_m);
+        if damage < 1.0 {
             work.is_cutting = true;
-            work.full_closing_j += bar.tear_j * open_m / thick_m;
+            work.full_closing_j += bar.tear_j * full_gap_m / thickness_m;
         }
-        parted
+        damage
     });
     work
 }

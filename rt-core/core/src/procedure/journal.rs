@@ -11,17 +11,18 @@ use crate::scene::Organ;
 use crate::tool::Tool;
 use crate::words::{Event, EventKind};
 
-/// Ticks without contact after which the instrument has left an organ. So a tip that trembles at
-/// the surface makes one contact. A larger value merges more touches into one.
+/// Ticks without contact after which the instrument has left an organ. A tip that trembles at the
+/// surface thus makes one contact. A larger value merges more touches into one.
 const RELEASE_TICKS: u32 = 50;
-/// Rise of the force on an organ that raises another event of the same press, N: half of the lowest
-/// limit that rules set for a press (0.2 N). A press of 10 N raises about a hundred.
+/// Rise of the force on an organ that raises another event of the same press, N. It is half of the
+/// lowest limit that the rules of assessment set (0.2 N). A press of 10 N raises about a hundred
+/// events.
 const PRESS_STEP_N: f32 = 0.1;
-/// Share of the difference by which the smoothed force of a press follows the contact's force in a
-/// tick: a time constant of 50 ms. A tip that strikes tissue fast meets five times the force that
-/// it rests with, for some milliseconds.
+/// Share of its difference from the contact's force by which the smoothed force of a press changes
+/// in a tick: a time constant of 50 ms. Smoothing removes impacts: for some milliseconds, a tip
+/// that strikes tissue fast has five times the force of the tip at rest.
 const PRESS_SHARE: f32 = 1.0 / RELEASE_TICKS as f32;
-/// Ticks without a fault of one kind after which that kind raises an event again.
+/// Ticks without a fault of one kind after which this kind raises an event again.
 const FAULT_QUIET_TICKS: u32 = 1000;
 
 /// Force of the instrument on an organ during a contact.
@@ -39,7 +40,7 @@ pub(crate) struct Journal {
     events: Vec<Event, MAX_EVENTS_PER_TICK>,
     is_full: bool,
     /// Ticks until each organ counts as left; 0 for an organ that is not touched.
-    touching: [u32; MAX_ORGANS],
+    release_ticks: [u32; MAX_ORGANS],
     presses: [Press; MAX_ORGANS],
     electro: u8,
     /// Ticks until each fault may raise an event again, if it does not recur.
@@ -79,16 +80,16 @@ impl Journal {
             let contact = list
                 .iter()
                 .find(|contact| contact.tool == Tool::Instrument && contact.organ == Some(organ));
-            let Some(left) = self.touching.get_mut(usize::from(organ)) else {
+            let Some(ticks_left) = self.release_ticks.get_mut(usize::from(organ)) else {
                 continue;
             };
-            let before = *left;
-            *left = if contact.is_some() {
+            let before = *ticks_left;
+            *ticks_left = if contact.is_some() {
                 RELEASE_TICKS
             } else {
                 before.saturating_sub(1)
             };
-            let (kind, value) = match (before, *left) {
+            let (kind, value) = match (before, *ticks_left) {
                 (0, 1..) => (EventKind::Contact, force_n),
                 (1.., 0) => (EventKind::Release, 0.0),
                 _ => {
@@ -153,18 +154,18 @@ impl Journal {
         }
     }
 
-    /// Raises events of faults of which a person has to know. A fault that recurs within a second
-    /// raises none.
+    /// Raises events for faults of which a person has to know. A fault that recurs within a second
+    /// raises no event.
     pub(crate) fn note_faults(&mut self, faults: &FaultSet, at_m: Vec3) {
         for fault in Fault::ALL {
             let Some(quiet) = self.fault_quiet.get_mut(usize::from(fault.code())) else {
                 continue;
             };
-            let may_tell = *quiet == 0;
+            let may_report = *quiet == 0;
             *quiet = quiet.saturating_sub(1);
             if faults.contains(fault) && fault.is_alarm() {
                 *quiet = FAULT_QUIET_TICKS;
-                if may_tell {
+                if may_report {
                     let value = f32::from(fault.code());
                     self.raise(Event {
                         kind: EventKind::Fault,

@@ -4,7 +4,7 @@ use crate::capacity::{MAX_CELLS, MAX_SKIN_VERTICES};
 use crate::math::Vec3;
 use crate::scene::{SKIN_BINDINGS, Scene, SceneError};
 
-/// Largest number of cells directly under one contact vertex.
+/// Largest number of surface cells under one vertex of the contact skin.
 pub const COLUMNS: usize = 6;
 
 /// Index that stands for no cell.
@@ -14,7 +14,7 @@ pub const NO_CELL: u16 = u16::MAX;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cell {
     /// Spheres of one organ that carry the cell's centre, the nearest first. The cell belongs to
-    /// the nearest.
+    /// the nearest sphere.
     pub spheres: [u16; SKIN_BINDINGS],
     /// Weights of the spheres; the sum is 1.
     pub weights: [f32; SKIN_BINDINGS],
@@ -54,7 +54,7 @@ impl Cell {
 pub struct Column {
     /// Cells at the surface; [`NO_CELL`] in unused places.
     pub cells: [u16; COLUMNS],
-    /// For each of these cells, the face behind which the next deeper cell lies.
+    /// Face of each of these cells behind which the next deeper cell lies.
     pub inwards: [u8; COLUMNS],
 }
 

@@ -11,7 +11,7 @@ use crate::scene::{
     TetraBatch, is_suture,
 };
 
-/// Reason for which a scene is refused. Indices refer to the caller's arrays.
+/// Reason why a scene is refused. Indices refer to the caller's arrays.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SceneError {
     /// More of `what` than [`crate::capacity`] allows.
@@ -107,7 +107,7 @@ impl fmt::Display for SceneError {
                 end,
             } => write!(
                 f,
-                "link {link} joins spheres {a} and {b}, its organ has {first}..{end}: \
+                "link {link} joins spheres {a} and {b}, but its organ has {first}..{end}: \
                  prepare the scene again"
             ),
             Self::Foreign {
@@ -116,8 +116,8 @@ impl fmt::Display for SceneError {
                 sphere,
             } => write!(
                 f,
-                "{what} {index} names sphere {sphere}, which is not of its organ or does not \
-                 exist: prepare the scene again"
+                "{what} {index} names index {sphere}, which does not exist or is not of its organ: \
+                 prepare the scene again"
             ),
         }
     }
@@ -148,24 +148,24 @@ impl<'a> Scene<'a> {
         for (i, organ) in organs.iter().enumerate() {
             check_organ(i, organ)?;
             let (start, count) = (organ.sphere_start, organ.sphere_count);
-            next_sphere = follow(i, "spheres", start, count, next_sphere, spheres.len())?;
+            next_sphere = check_range(i, "spheres", start, count, next_sphere, spheres.len())?;
             let (start, count) = (organ.link_start, organ.link_count);
             let first_link = next_link;
-            next_link = follow(i, "links", start, count, next_link, links.len())?;
+            next_link = check_range(i, "links", start, count, next_link, links.len())?;
             for (j, link) in links.iter().enumerate().take(next_link).skip(first_link) {
                 check_link(j, link, organ)?;
             }
         }
-        let whole = |what, used: usize, available: usize| {
+        let check_end = |what, used: usize, available: usize| {
             let organ = organs.len();
             let rest = (available - used) as u32;
-            follow(organ, what, available as u32, rest, used, available).map(|_| ())
+            check_range(organ, what, available as u32, rest, used, available).map(|_| ())
         };
         if next_sphere != spheres.len() {
-            whole("spheres", next_sphere, spheres.len())?;
+            check_end("spheres", next_sphere, spheres.len())?;
         }
         if next_link != links.len() {
-            whole("links", next_link, links.len())?;
+            check_end("links", next_link, links.len())?;
         }
         Ok(Self {
             organs,
@@ -189,7 +189,7 @@ impl<'a> Scene<'a> {
         let (what, mut next) = ("batches of tetrahedra", 0);
         for (i, organ) in self.organs.iter().enumerate() {
             let first = next;
-            next = follow(
+            next = check_range(
                 i,
                 what,
                 organ.batch_start,
@@ -213,7 +213,7 @@ impl<'a> Scene<'a> {
         if next != batches.len() {
             let rest = (batches.len() - next) as u32;
             let start = batches.len() as u32;
-            follow(self.organs.len(), what, start, rest, next, batches.len())?;
+            check_range(self.organs.len(), what, start, rest, next, batches.len())?;
         }
         self.batches = batches;
         Ok(self)
@@ -269,10 +269,17 @@ fn check_compliance(i: usize, compliance_m_n: f32) -> Result<(), SceneError> {
 
 fn check_organ(i: usize, organ: &Organ) -> Result<(), SceneError> {
     check_material(i, &organ.material)?;
-    // The allowed value nearest to `substeps`. Only an allowed `substeps` equals it.
+    // The next allowed value: a power of two from 1 to 16. It equals `substeps` only if `substeps`
+    // is allowed.
     let allowed = organ.substeps.clamp(1, SUBSTEPS_MAX).next_power_of_two() as f32;
-    let is = organ.substeps as f32;
-    in_range("substeps", i, is, (allowed, allowed), "1, 2, 4, 8 or 16")?;
+    let substeps = organ.substeps as f32;
+    in_range(
+        "substeps",
+        i,
+        substeps,
+        (allowed, allowed),
+        "1, 2, 4, 8 or 16",
+    )?;
     let elastic = organ.elastic_links as f32;
     let links = (0.0, organ.link_count as f32);
     in_range("elastic links", i, elastic, links, "0 to the organ's links")?;
@@ -298,7 +305,7 @@ fn at_most(what: &'static str, count: usize, limit: usize) -> Result<(), SceneEr
 }
 
 /// End of this range, which must start where the last range ended.
-fn follow(
+fn check_range(
     organ: usize,
     what: &'static str,
     start: u32,
@@ -568,7 +575,7 @@ mod tests {
     }
 
     #[test]
-    fn a_room_that_is_no_room_is_refused() {
+    fn invalid_room_is_refused() {
         let refused = |room: Room| Scene::new(&[], &[], &[], room).is_err();
         assert!(refused(Room {
             instrument_length_m: f32::INFINITY,

@@ -16,20 +16,21 @@ use crate::math::{Pose, Vec3};
 use crate::time::TICK_S;
 
 /// Material of an organ. The two stiffnesses of the inner-sphere paper's method are shares, 0..=1.
-/// The stiffness of tissue that these shares give depends on the iterations and the time step (a
-/// known fault of this method).
+/// The resulting stiffness of the tissue also depends on the number of iterations and the time
+/// step, which is a known fault of this method.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Material {
     /// Young's modulus, Pa.
     pub young_pa: f32,
     /// Poisson's ratio, 0..0.5.
     pub poisson: f32,
-    /// Retardation time (Kelvin–Voigt): viscosity over modulus, s. Raising it damps strain rates
-    /// more.
+    /// Retardation time (Kelvin–Voigt), s: viscosity divided by modulus. A larger one damps strain
+    /// rates more.
     pub retardation_s: f32,
     /// Share of a link's stretch corrected in an iteration (paper Eq. 4–5).
     pub stretch_stiffness: f32,
-    /// Share of the way to the Laplacian target moved in an iteration (paper Eq. 8).
+    /// Share of the distance to the Laplacian target by which a sphere moves in an iteration (paper
+    /// Eq. 8).
     pub laplacian_stiffness: f32,
     /// Share of velocity lost per second (damping proportional to mass).
     pub damping_per_s: f32,
@@ -77,8 +78,8 @@ pub struct Organ {
     /// Substeps in a tick, 1 to [`SUBSTEPS_MAX`]: a power of two, so that the substeps of attached
     /// organs end together. Preparation chooses them by the organ's stiffness.
     pub substeps: u32,
-    /// Share of gravity that acts on the organ: 0 if its rest shape is its shape in the body, in
-    /// balance with its weight; 1 if its rest shape is the unloaded shape.
+    /// Share of gravity that acts on the organ: 0 if its rest shape is its shape in the body under
+    /// its own weight; 1 if its rest shape is the unloaded shape.
     pub gravity_share: f32,
     /// Displacement of its held spheres at full inspiration, world frame, m.
     pub breath_m: Vec3,
@@ -140,18 +141,18 @@ pub struct Link {
     pub compliance_m_n: f32,
 }
 
-/// A thread or band between spheres of two organs, or from a sphere to a point of the world.
+/// A distance constraint between spheres of two organs, or from a sphere to a point of the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Attachment {
     /// The sphere.
     pub sphere: u32,
     /// The other end.
     pub to: Anchor,
-    /// Rest length, m; 0 holds the two together.
+    /// Rest length, m; at 0, the two ends are held together.
     pub rest_length_m: f32,
     /// Compliance, m/N.
     pub compliance_m_n: f32,
-    /// True for a thread, which pulls and never pushes.
+    /// True for a thread, which pulls but does not push.
     pub is_thread: bool,
     /// Energy that tears it, J; 0 if it cannot tear.
     pub tear_j: f32,
@@ -278,7 +279,7 @@ impl<'a> Scene<'a> {
         TICK_S / self.substeps_of(organ) as f32
     }
 
-    /// Number of substeps of the organ with the most.
+    /// Largest number of substeps of any organ.
     pub(crate) fn finest(&self) -> u32 {
         let substeps = self.organs.iter().map(|organ| organ.substeps);
         substeps.fold(1, u32::max)

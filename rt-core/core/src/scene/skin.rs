@@ -32,7 +32,7 @@ pub struct SkinVertex {
     pub curvature_per_m: f32,
 }
 
-/// Contact skins of all organs. Organs without tetrahedra have none: tools collide with their
+/// Contact skins of all organs. Organs without tetrahedra have no skin: tools collide with their
 /// beads.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Skin<'a> {
@@ -94,11 +94,11 @@ impl<'a> Scene<'a> {
         }
         for (i, vertex) in skin.nearest.iter().enumerate() {
             let organ = self.organ_of(i as u32);
-            let good = match skin.vertex(*vertex) {
+            let is_valid = match skin.vertex(*vertex) {
                 Some(v) => organ.is_some() && organ == self.organ_of(u32::from(v.spheres[0])),
                 None => *vertex == NO_VERTEX,
             };
-            if !good {
+            if !is_valid {
                 return Err(foreign("nearest vertex", i, u32::from(*vertex)));
             }
         }
@@ -114,16 +114,16 @@ impl<'a> Scene<'a> {
     ) -> Result<(), SceneError> {
         let what = "vertex of the contact skin";
         let organ = self.organ_of(u32::from(vertex.spheres[0]));
-        let strange = vertex
+        let foreign_sphere = vertex
             .spheres
             .iter()
             .find(|s| organ.is_none() || self.organ_of(u32::from(**s)) != organ);
-        if let Some(sphere) = strange {
+        if let Some(sphere) = foreign_sphere {
             return Err(foreign(what, index, u32::from(*sphere)));
         }
-        let (fan, whole) = (skin.fan(vertex), vertex.fan_count as usize);
-        if fan.len() != whole || !(3..=FAN_MAX).contains(&whole) {
-            return Err(value(what, index, whole as f32, "3 to 32 triangles"));
+        let (fan, count) = (skin.fan(vertex), vertex.fan_count as usize);
+        if fan.len() != count || !(3..=FAN_MAX).contains(&count) {
+            return Err(value(what, index, count as f32, "3 to 32 triangles"));
         }
         for corner in fan.as_flattened() {
             let other = skin.vertex(*corner).map(|v| u32::from(v.spheres[0]));

@@ -7,17 +7,17 @@ use crate::scene::{RestSphere, SceneError};
 /// Tetrahedra in a batch.
 pub const LANES: usize = 8;
 
-/// Shape `6 V / L³` (`L` the longest edge from the first corner) below which a tetrahedron is
-/// refused as flat.
-const FLAT: f32 = 1.0e-3;
+/// Shape `6 V / L³` below which a tetrahedron is refused as flat. L is the longest edge at the
+/// first corner.
+const SHAPE_MIN: f32 = 1.0e-3;
 
 /// Four spheres of an organ and the tissue that they carry.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tetra {
     /// Its corners, indices into the scene's spheres; `det(b − a, c − a, d − a)` is positive.
     pub spheres: [u32; 4],
-    /// Volume of tissue that the tetrahedron represents, m³; more than its own volume where it lies
-    /// under the skin.
+    /// Volume of tissue that the tetrahedron represents, m³. Under the skin it is larger than the
+    /// volume of the tetrahedron.
     pub volume_m3: f32,
 }
 
@@ -77,7 +77,7 @@ impl TetraBatch {
         used.any(|&s| u32::from(s) == sphere)
     }
 
-    fn put(&mut self, lane: usize, tetra: &Tetra, gradients: &[Vec3; 3]) {
+    fn set_lane(&mut self, lane: usize, tetra: &Tetra, gradients: &[Vec3; 3]) {
         for (corner, sphere) in self.spheres.iter_mut().zip(tetra.spheres) {
             if let Some(slot) = corner.get_mut(lane) {
                 *slot = sphere as u16; // asserted in `capacity`
@@ -96,9 +96,9 @@ impl TetraBatch {
     }
 }
 
-/// Hands the tetrahedra of one organ to `keep` in batches, in their order. A batch ends after
-/// eight, or where the next tetrahedron shares a sphere with it. Preparation orders the tetrahedra
-/// so that most batches are full.
+/// Passes the tetrahedra of one organ to `keep` in batches, in their order. A batch ends after
+/// eight tetrahedra, or if the next tetrahedron shares a sphere with it. Preparation orders the
+/// tetrahedra so that most batches are full.
 ///
 /// # Errors
 /// If a tetrahedron is flat or inverted at rest, represents no volume, or names a sphere that does
@@ -121,7 +121,7 @@ pub fn batches(
                 *corner = [sphere as u16; LANES];
             }
         }
-        batch.put(lanes, tetra, &gradients);
+        batch.set_lane(lanes, tetra, &gradients);
         lanes += 1;
     }
     if lanes > 0 {
@@ -152,7 +152,7 @@ fn gradients(index: usize, tetra: &Tetra, spheres: &[RestSphere]) -> Result<[Vec
     let volume = x.cross(&y).dot(&z);
     let longest = math::norm(&x).max(math::norm(&y)).max(math::norm(&z));
     let shape = volume / (longest * longest * longest);
-    if shape.is_nan() || shape < FLAT {
+    if shape.is_nan() || shape < SHAPE_MIN {
         return Err(bad("tetrahedron shape 6 V / L^3", shape, "0.001 or more"));
     }
     Ok([y.cross(&z), z.cross(&x), x.cross(&y)].map(|normal| normal / volume))
@@ -176,15 +176,15 @@ mod tests {
             volume_m3: 1.0e-6,
         };
         let tetrahedra: Vec<Tetra> = tetrahedra.iter().map(carry).collect();
-        let mut made = Vec::new();
-        batches(&tetrahedra, &grid(), |batch| made.push(batch))?;
-        Ok(made)
+        let mut packed = Vec::new();
+        batches(&tetrahedra, &grid(), |batch| packed.push(batch))?;
+        Ok(packed)
     }
 
     #[test]
     fn tetrahedra_that_share_a_sphere_are_kept_apart() {
-        let made = pack(&[[0, 1, 3, 9], [4, 5, 7, 13], [1, 2, 4, 10]]).unwrap();
-        let corners: Vec<Vec<[u32; 4]>> = made.iter().map(|b| b.corners().collect()).collect();
+        let packed = pack(&[[0, 1, 3, 9], [4, 5, 7, 13], [1, 2, 4, 10]]).unwrap();
+        let corners: Vec<Vec<[u32; 4]>> = packed.iter().map(|b| b.corners().collect()).collect();
         assert_eq!(corners.len(), 2);
         assert_eq!(corners[0], [[0, 1, 3, 9], [4, 5, 7, 13]]);
         assert_eq!(corners[1], [[1, 2, 4, 10]]);
@@ -192,8 +192,8 @@ mod tests {
 
     #[test]
     fn gradients_are_those_of_the_shape_functions() {
-        let made = pack(&[[0, 1, 3, 9]]).unwrap();
-        for (corner, gradient) in made[0].gradients_per_m.iter().enumerate() {
+        let packed = pack(&[[0, 1, 3, 9]]).unwrap();
+        for (corner, gradient) in packed[0].gradients_per_m.iter().enumerate() {
             for (axis, lanes) in gradient.iter().enumerate() {
                 let expected = if axis == corner { 100.0 } else { 0.0 };
                 assert!((lanes[0] - expected).abs() < 1.0e-3);

@@ -9,10 +9,10 @@ use crate::words::{Event, EventKind};
 const BURIED_M: f32 = 0.002;
 
 impl Sim<'_> {
-    /// Raises the event of an instrument inside tissue that no tick has seen outside, because its
-    /// device has just started or returned.
+    /// Raises an event if the instrument is inside tissue at the first sample of its device, or at
+    /// the first sample after a gap.
     pub(super) fn note_buried(&mut self) {
-        if !self.inputs.takes_up() {
+        if !self.inputs.is_first_after_gap() {
             return;
         }
         let bodies = &self.state.bodies;

@@ -12,7 +12,7 @@ use crate::procedure::cautery::Cautery;
 use crate::procedure::clip::Clips;
 use crate::procedure::grasp::Grasp;
 use crate::procedure::journal::Journal;
-use crate::procedure::opening::Drive;
+use crate::procedure::opening::JawDrive;
 use crate::procedure::unrest::Unrest;
 use crate::sim::sample::Inputs;
 use crate::state::State;
@@ -20,7 +20,7 @@ use crate::tissue::Bounds;
 use crate::tissue::sleep::Sleep;
 use crate::tool::{Kinematics, ToolState};
 
-/// Everything in a simulation that changes. As large as [`State`]: keep it on the heap.
+/// All data of a simulation that changes. It is about as large as [`State`]: keep it on the heap.
 #[derive(Debug, Clone)]
 pub struct Checkpoint {
     state: State,
@@ -30,7 +30,7 @@ pub struct Checkpoint {
     inputs: Inputs,
     tool: ToolState,
     proxy: Proxy,
-    drive: Drive,
+    drive: JawDrive,
     bounds: [Bounds; MAX_ORGANS],
     contacts: ToolContacts,
     grasp: Grasp,
@@ -97,8 +97,8 @@ impl Sim<'_> {
     }
 
     /// Restores a checkpoint of a simulation of the same scene by the same method. Equal inputs
-    /// then give equal results, bit for bit. A checkpoint of another scene does not panic, but
-    /// restores the state of that scene.
+    /// then give equal results, bit for bit. With a checkpoint of another scene, this does not
+    /// panic, but the results have no meaning.
     pub fn go_back(&mut self, checkpoint: &Checkpoint) {
         let Checkpoint {
             state,

@@ -1,4 +1,4 @@
-//! Constraints that tools, clips and contacts between organs impose in each substep.
+//! Constraints of tools, clips and contacts between organs, applied in each substep.
 
 use crate::contact::tool_contact::ToolContacts;
 use crate::math::Pose;
@@ -9,8 +9,8 @@ use crate::scene::Scene;
 use crate::tissue::Bodies;
 use crate::tissue::substeps::Coupling;
 
-/// Everything outside an organ that acts on it in a substep.
-pub(super) struct Tools<'a> {
+/// Constraints that act on an organ from outside in a substep.
+pub(super) struct OuterConstraints<'a> {
     pub(super) scene: &'a Scene<'a>,
     pub(super) jaws: &'a Pose,
     pub(super) between: &'a mut Between,
@@ -19,7 +19,7 @@ pub(super) struct Tools<'a> {
     pub(super) grasp: &'a mut Grasp,
 }
 
-impl Coupling for Tools<'_> {
+impl Coupling for OuterConstraints<'_> {
     fn pre_solve(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
         self.contacts.pre_solve(organ, step_s, bodies);
     }

@@ -1,8 +1,8 @@
-//! Digest of a tick: a few bytes in which two runs with equal inputs agree.
+//! Digest of a tick: a few bytes that are equal in two runs with equal inputs.
 //!
 //! Every sphere counts in every tick, so a comparison finds the first tick that differs, and the
-//! organ. A hash of all numbers would take longer than a tick has to spare; sums of the spheres'
-//! bits take microseconds.
+//! organ. A hash of all numbers would take too long for a tick; sums of the spheres' bits take
+//! microseconds.
 
 use crate::capacity::MAX_ORGANS;
 use crate::hash::Hash;
@@ -18,7 +18,7 @@ pub struct Digest {
     pub tools: u32,
     /// Hash of all spheres: displacement, velocity and flags.
     pub spheres: u32,
-    /// Hash of each organ's spheres in eight bits: a difference goes unnoticed once in 256 times.
+    /// Hash of each organ's spheres in eight bits: one difference in 256 is not detected.
     pub organs: [u8; MAX_ORGANS],
 }
 
@@ -29,12 +29,12 @@ impl TickView<'_> {
     pub fn digest(&self) -> Digest {
         let mut all = Hash::new();
         let mut organs = [0; MAX_ORGANS];
-        for (organ, into) in self.scene.organs.iter().zip(&mut organs) {
+        for (organ, organ_hash) in self.scene.organs.iter().zip(&mut organs) {
             let (first, count) = (organ.sphere_start, organ.sphere_count);
             let nodes = self.bodies.nodes.range(first, count);
-            let own = Sums::of(nodes, self.bodies.bits.range(first, count)).folded();
-            all.word(own);
-            *into = own.to_le_bytes().into_iter().fold(0, |a, b| a ^ b);
+            let checksum = Sums::of(nodes, self.bodies.bits.range(first, count)).folded();
+            all.word(checksum);
+            *organ_hash = checksum.to_le_bytes().into_iter().fold(0, |a, b| a ^ b);
         }
         Digest {
             tools: self.tools_hash().folded(),
@@ -69,35 +69,35 @@ impl TickView<'_> {
         if !self.scene.layers.cells.is_empty() {
             hash.word(self.bodies.cells.history());
         }
-        self.bodies.sutures.add_to(&mut hash);
+        self.bodies.sutures.hash_into(&mut hash);
         hash
     }
 }
 
-/// Checksum of a row of spheres, per lane: the sum of the words, and the sum of the partial sums
-/// (as in Fletcher's checksum). It detects every single word that differs, and nearly every
-/// exchange of two words.
+/// Checksum of an organ's spheres, per lane: the sum of the words, and the sum of the partial sums
+/// (as in Fletcher's checksum). It detects every change of a single word, and nearly every exchange
+/// of two words.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Sums {
     sum: [u64; 4],
-    course: [u64; 4],
+    partial_sums: [u64; 4],
 }
 
 impl Sums {
     fn of(nodes: &[Node], bits: &[SphereBits]) -> Self {
-        let (mut sum, mut course) = ([0; 4], [0; 4]);
+        let (mut sum, mut partial_sums) = ([0; 4], [0; 4]);
         for (node, bits) in nodes.iter().zip(bits) {
             let ([a, b], [c, d]) = (node.moved_bits(), node.velocity_bits());
             // The spare lane of the velocity is zero.
-            sum = plus(sum, [a, b, c, d ^ (bits.0 as u64) << 32]);
-            course = plus(course, sum);
+            sum = add_lanes(sum, [a, b, c, d ^ (bits.0 as u64) << 32]);
+            partial_sums = add_lanes(partial_sums, sum);
         }
-        Self { sum, course }
+        Self { sum, partial_sums }
     }
 
     fn folded(&self) -> u32 {
         let mut hash = Hash::new();
-        for lanes in [self.sum, self.course] {
+        for lanes in [self.sum, self.partial_sums] {
             for lane in lanes {
                 hash.word(lane as u32);
                 hash.word((lane >> 32) as u32);
@@ -109,7 +109,7 @@ impl Sums {
 
 /// Lane-wise sum.
 #[inline(always)]
-const fn plus(a: [u64; 4], b: [u64; 4]) -> [u64; 4] {
+const fn add_lanes(a: [u64; 4], b: [u64; 4]) -> [u64; 4] {
     let ([a, b, c, d], [e, f, g, h]) = (a, b);
     [
         a.wrapping_add(e),
@@ -134,14 +134,14 @@ mod tests {
     }
 
     #[test]
-    fn the_least_change_of_any_sphere_and_an_exchange_show() {
+    fn checksum_detects_any_change_and_an_exchange() {
         let (nodes, bits) = row();
         let sums = Sums::of(&nodes, &bits);
         assert_eq!(sums, Sums::of(&nodes, &bits));
         for i in 0..40 {
             let mut moved = nodes;
-            let there_m = moved[i].moved_m() + Vec3::z() * 1.0e-9;
-            moved[i].put(&there_m, &Vec3::zeros());
+            let moved_place_m = moved[i].moved_m() + Vec3::z() * 1.0e-9;
+            moved[i].put(&moved_place_m, &Vec3::zeros());
             assert_ne!(sums, Sums::of(&moved, &bits), "sphere {i} is elsewhere");
             let mut burnt = bits;
             burnt[i].0 ^= 1;

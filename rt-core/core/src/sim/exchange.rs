@@ -10,7 +10,7 @@ use crate::tool::Instrument;
 pub enum Command {
     /// Pauses (true) or resumes.
     Pause(bool),
-    /// Puts every organ back to rest, and releases held tissue.
+    /// Puts every organ back to rest, releases grasped tissue, and removes all clips.
     Reset,
     /// Resets, then prepares the start of this task.
     Start(Task),
@@ -20,19 +20,19 @@ pub enum Command {
     Instrument(Instrument),
 }
 
-/// A task of the operation. When it begins, the work of the earlier tasks is done.
+/// A task of the operation. The comment of each task gives the state in which it begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Task {
-    /// Begins with nothing done: the organ is not hung.
+    /// Nothing is done: the organ is not hung.
     Hang = 0,
-    /// Begins with the organ hung.
+    /// The organ is hung.
     Identify = 1,
-    /// Begins with Calot's triangle cleared of tissue.
+    /// The organ is hung, and Calot's triangle is cleared of tissue.
     Clamp = 2,
-    /// Begins with duct and artery clipped.
+    /// As `Clamp`, and duct and artery are clipped.
     Cut = 3,
-    /// Begins with duct and artery divided.
+    /// As `Cut`, and duct and artery are divided.
     Disconnect = 4,
 }
 
@@ -99,7 +99,7 @@ pub enum Optional {
     /// Contact of organs with each other and themselves: without it, organs may overlap for one
     /// more tick.
     SelfCollision,
-    /// Motion of organs that no tool is near and the jaws do not hold: without it, they stand still
+    /// Motion of organs that are neither near a tool nor in the jaws: without it, they stand still
     /// for a tick.
     FarOrgans,
 }
@@ -108,8 +108,8 @@ pub enum Optional {
 pub trait Ports {
     /// Returns time, newest samples and command.
     fn sample(&mut self) -> Samples;
-    /// Returns the findings of the device's driver in the samples. The findings are an input like a
-    /// sample: a replay returns the recorded findings.
+    /// Returns the findings of the device's driver about these samples. The findings are an input
+    /// like a sample: a replay returns the recorded findings.
     fn findings(&mut self) -> Findings {
         Findings::default()
     }

@@ -2,39 +2,39 @@
 //!
 //! | stage | does |
 //! |---|---|
-//! | sample | reads the newest poses, buttons and commands; checks them, and how old they are |
+//! | sample | reads the newest poses, buttons and commands; checks their values and their age |
 //! | tool | computes the poses and capsules of instrument and endoscope |
 //! | contact | finds the contacts of organs with tools, with each other and with themselves |
 //! | solve | moves the tissue, in substeps, with every constraint |
 //! | force | sums the wrench on the handle, limits it, and sends it to the device at once |
 //! | procedure | moves the jaws; grasps, cuts, clips, sews, burns, tears and leaks; raises events |
-//! | publish | hands the results to `Ports::publish` |
+//! | publish | passes the results to `Ports::publish` |
 //!
 //! # Determinism
 //!
-//! Every input of a tick passes through `Ports::sample`, `Ports::findings` and `Ports::may`. A
-//! recording of all three reproduces the run bit for bit. The core calls no maths library and uses
-//! no fused multiply-add; square roots are correctly rounded. The core reads no clock: the time,
-//! and the decision to omit work, are inputs like the samples.
+//! Every input of a tick passes through `Ports::sample`, `Ports::findings` and `Ports::may`. From a
+//! recording of these, a run can be reproduced bit for bit. The core calls no maths library and
+//! uses no fused multiply-add; square roots are correctly rounded. The core reads no clock: the
+//! time, and the decision to omit work, are inputs like the samples.
 //!
 //! # Digest
 //!
 //! The digest of a tick holds a hash of the tools, a hash of the checksums of all organs' spheres,
 //! and eight bits of each organ's checksum. Every sphere counts in every tick. So a comparison of
-//! two runs finds the first tick and the organ that differ. The checksums are plain sums, because a
-//! hash of every number would take too long for a tick. Results that affect neither tools nor
+//! two runs finds the first tick that differs, and the organ. The checksums are plain sums, because
+//! a hash of every number would take too long for a tick. Results that affect neither tools nor
 //! spheres, such as the flow of a leak, are not in the digest.
 //!
 //! # Checkpoints
 //!
 //! `Sim::checkpoint` copies the state between two ticks (about 4 MB). From the copy, equal inputs
-//! reproduce every later tick bit for bit.
+//! reproduce all later ticks bit for bit.
 //!
 //! # Prepared tasks
 //!
-//! `Command::Start` resets the scene and does the work of the earlier tasks: it removes cells, puts
-//! on clips and divides tubes. (For the first task it takes the sutures down instead.) The reset
-//! raises an event, but the prepared work raises none.
+//! `Command::Start` resets the scene and does the work of the earlier tasks: it removes cells,
+//! closes clips and divides tubes. (For the first task it takes the sutures down instead.) The
+//! reset raises an event; the prepared work does not.
 
 mod buried;
 mod checkpoint;
@@ -54,7 +54,7 @@ pub use digest::Digest;
 pub use exchange::{Command, Optional, Ports, Samples, Stage, Task};
 pub use view::{SphereView, TickView};
 
-use coupling::Tools;
+use coupling::OuterConstraints;
 use heapless::Vec;
 
 use crate::capacity::{MAX_CAPSULES, MAX_ORGANS};
@@ -71,7 +71,7 @@ use crate::procedure::cautery::Cautery;
 use crate::procedure::clip::Clips;
 use crate::procedure::grasp::Grasp;
 use crate::procedure::journal::Journal;
-use crate::procedure::opening::Drive;
+use crate::procedure::opening::JawDrive;
 use crate::procedure::unrest::Unrest;
 use crate::scene::{Anchor, Attachment, Scene};
 use crate::sim::sample::Inputs;
@@ -81,9 +81,9 @@ use crate::tissue::{Bounds, Method, Node, substeps};
 use crate::tool::{Capsule, Kinematics, ToolState, Wrench, capsules, endoscope};
 use crate::words::{Event, EventKind};
 
-/// Gap between the bounding boxes of two organs below which a moving organ wakes a sleeping one, m.
-/// Raising it wakes organs earlier, at more cost.
-const STIR_M: f32 = 0.002;
+/// Gap between the bounding boxes of two organs below which a moving organ wakes a sleeping organ,
+/// m. With a larger gap, organs wake earlier, and cost more time.
+const WAKE_GAP_M: f32 = 0.002;
 
 /// Parameters of a simulation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -115,7 +115,7 @@ pub struct Sim<'a> {
     inputs: Inputs,
     tool: ToolState,
     proxy: Proxy,
-    drive: Drive,
+    drive: JawDrive,
     bounds: [Bounds; MAX_ORGANS],
     contacts: ToolContacts,
     grasp: Grasp,
@@ -124,7 +124,7 @@ pub struct Sim<'a> {
     transition: Transition,
     limit: OutputLimit,
     renders_torque: bool,
-    /// True if tissue or jaws asked for a force in this tick.
+    /// True if tissue or jaws demanded a force in this tick.
     asks_force: bool,
     journal: Journal,
     fault_counters: FaultCounters,
@@ -143,7 +143,7 @@ impl<'a> Sim<'a> {
         state.bodies.load(&scene);
         state.pairs.load(&scene);
         state.between.forget();
-        state.vessels.rest();
+        state.vessels.reset();
         let mut limit = OutputLimit::new(&device, parameters.force_ramp_s);
         limit.enable(parameters.force_enabled);
         let room = scene.room();
@@ -157,14 +157,14 @@ impl<'a> Sim<'a> {
             },
             inputs: Inputs::of(&device),
             tool: ToolState::new(room.instrument_port_m, room.world_from_camera),
-            proxy: Proxy::AT_HAND,
-            drive: Drive::new(device.opening),
+            proxy: Proxy::NONE,
+            drive: JawDrive::new(device.opening),
             bounds: [Bounds::EMPTY; MAX_ORGANS],
             contacts: ToolContacts::default(),
             grasp: Grasp::default(),
             cautery: Cautery::default(),
             clips: Clips::default(),
-            transition: Transition::NOTHING,
+            transition: Transition::NONE,
             limit,
             renders_torque: device.renders_torque(),
             asks_force: false,
@@ -197,12 +197,12 @@ impl<'a> Sim<'a> {
         if self.inputs.is_settling() {
             self.limit.restart();
         }
-        if self.inputs.has_leapt() || findings.leapt {
+        if self.inputs.may_have_jumped() || findings.leapt {
             self.limit.restart();
-            self.transition = Transition::NOTHING;
+            self.transition = Transition::NONE;
             self.contacts.clear();
         }
-        self.obey(samples.command);
+        self.execute(samples.command);
         ports.stamp(Stage::Sample);
 
         self.move_tool();
@@ -229,8 +229,11 @@ impl<'a> Sim<'a> {
         self.tear();
         self.leak();
         self.note_unrest();
-        let is_overrun = self.state.vessels.is_overrun();
-        faults.raise_if(is_overrun || self.journal.is_full(), Fault::EventOverflow);
+        let has_lost_leak = self.state.vessels.take_lost_leak();
+        faults.raise_if(
+            has_lost_leak || self.journal.is_full(),
+            Fault::EventOverflow,
+        );
         ports.stamp(Stage::Procedure);
 
         self.fault_counters.count(faults);
@@ -239,7 +242,7 @@ impl<'a> Sim<'a> {
         self.tick = self.tick.wrapping_add(1);
     }
 
-    fn obey(&mut self, command: Option<Command>) {
+    fn execute(&mut self, command: Option<Command>) {
         match command {
             Some(Command::Pause(paused)) => {
                 self.tool.switches.paused = paused;
@@ -253,16 +256,17 @@ impl<'a> Sim<'a> {
         }
     }
 
-    /// Puts every organ back to rest without damage, releases held tissue, and takes off all clips.
+    /// Puts every organ back to rest without damage, releases grasped tissue, and removes all
+    /// clips.
     fn reset(&mut self) {
-        self.let_go();
+        self.release_tissue();
         self.contacts.clear();
         self.sleep = Sleep::AWAKE;
-        self.proxy = Proxy::AT_HAND;
+        self.proxy = Proxy::NONE;
         self.cautery = Cautery::default();
         self.clips = Clips::default();
-        self.state.vessels.rest();
-        self.state.bodies.rest(&self.scene);
+        self.state.vessels.reset();
+        self.state.bodies.reset(&self.scene);
         self.state.pairs.load(&self.scene);
         self.state.between.forget();
         self.measure_bounds();
@@ -284,10 +288,10 @@ impl<'a> Sim<'a> {
             tool.world_from_handle = room.world_from_device * sample.device_from_handle;
             tool.handle_velocity_m_s = room.world_from_device.rotation * self.inputs.velocity_m_s;
             tool.buttons = sample.buttons;
-            let takes_up = self.inputs.takes_up() && self.grasp.count() == 0;
-            self.drive.follow(sample.opening, takes_up);
-            if let (Some(hand), true) = (self.drive.hand(), takes_up) {
-                tool.jaw = hand; // after a gap the jaws jump to it, without bite or cut
+            let is_first_after_gap = self.inputs.is_first_after_gap() && self.grasp.count() == 0;
+            self.drive.follow(sample.opening, is_first_after_gap);
+            if let (Some(opening), true) = (self.drive.handle_opening(), is_first_after_gap) {
+                tool.jaw = opening; // after a gap the jaws jump to it, without bite or cut
             }
             let handle = &self.proxy.handle(&tool.world_from_handle);
             let length = tool.instrument.jaw_length_m();
@@ -333,7 +337,7 @@ impl<'a> Sim<'a> {
         }
     }
 
-    /// Advances every organ that moves in this tick, each in its substeps, with contacts.
+    /// Advances every organ that moves in this tick in its substeps, with contacts.
     fn solve(&mut self, far_organs: bool, faults: &mut FaultSet) {
         if self.tool.switches.paused {
             return;
@@ -344,10 +348,10 @@ impl<'a> Sim<'a> {
         for (organ, moves) in scene.organs.iter().zip(moves) {
             match moves {
                 true => bodies.breathe(scene, organ, self.tick),
-                false => bodies.stand(organ),
+                false => bodies.mark_asleep(organ),
             }
         }
-        let mut coupling = Tools {
+        let mut coupling = OuterConstraints {
             scene,
             jaws,
             between: &mut self.state.between,
@@ -368,31 +372,31 @@ impl<'a> Sim<'a> {
             let quarantined = bodies.advance(scene, organ, scene.step_s_of(i));
             bodies.stop_leading(organ);
             faults.raise_if(quarantined > 0, Fault::BadSphere);
-            let pace_m_s = bodies.pace_m_s(organ);
-            self.unrest.note_speed(i.into(), pace_m_s);
-            if self.sleep.note_speed(i.into(), pace_m_s) {
+            let net_speed_m_s = bodies.net_speed_m_s(organ);
+            self.unrest.record_speed(i.into(), net_speed_m_s);
+            if self.sleep.record_speed(i.into(), net_speed_m_s) {
                 bodies.halt(organ);
             }
             if let Some(bounds) = self.bounds.get_mut(usize::from(i)) {
                 *bounds = bodies.bounds(organ);
             }
         }
-        bodies.carry_removed(scene);
+        bodies.move_spheres_without_cells(scene);
     }
 
-    /// Organs that are simulated in this tick: those near a tool or in the jaws and, if
-    /// `far_organs`, all others that are awake. Wakes organs near a tool, in the jaws, breathing,
-    /// pulled by a suture, or next to a moving organ.
+    /// Organs that are simulated in this tick: the organs near a tool or in the jaws and, if
+    /// `far_organs`, all other organs that are awake. Wakes organs that are near a tool, in the
+    /// jaws, moved by breathing, pulled by a suture, or next to a moving organ.
     fn moving_organs(&mut self, far_organs: bool) -> [bool; MAX_ORGANS] {
-        let worked = self.worked_organs();
-        let mut moves = worked;
+        let at_tools = self.organs_at_tools();
+        let mut moves = at_tools;
         let bodies = &mut self.state.bodies;
-        for sphere in bodies.sutures.stirring(&self.scene, &bodies.parted) {
+        for sphere in bodies.sutures.waking_spheres(&self.scene, &bodies.damage) {
             self.sleep.wake((*bodies.organ.at(sphere)).into());
         }
         for (i, (organ, moves)) in self.scene.organs.iter().zip(&mut moves).enumerate() {
             let breathes = self.scene.room.breath_s > 0.0 && organ.breath_m != Vec3::zeros();
-            if *moves || breathes || self.is_stirred(i) {
+            if *moves || breathes || self.must_wake(i) {
                 self.sleep.wake(i);
             }
             *moves |= far_organs && !self.sleep.is_asleep(i);
@@ -401,20 +405,20 @@ impl<'a> Sim<'a> {
     }
 
     /// True if this organ sleeps, and a moving organ is near it or attached to it.
-    fn is_stirred(&self, organ: usize) -> bool {
+    fn must_wake(&self, organ: usize) -> bool {
         let Some(own) = self.bounds.get(organ) else {
             return false;
         };
         let others = self.bounds.iter().enumerate().take(self.scene.organs.len());
         let near = |(i, bounds): (usize, &Bounds)| {
-            i != organ && self.sleep.is_stirring(i) && own.is_near(bounds, STIR_M)
+            i != organ && self.sleep.wakes_neighbours(i) && own.is_near(bounds, WAKE_GAP_M)
         };
         let organ_of = |sphere: u32| usize::from(*self.state.bodies.organ.at(sphere));
         let pulls = |tie: &Attachment| match tie.to {
             Anchor::Sphere(other) => {
                 let ends = (organ_of(tie.sphere), organ_of(other));
-                (ends.0 == organ && self.sleep.is_stirring(ends.1))
-                    || (ends.1 == organ && self.sleep.is_stirring(ends.0))
+                (ends.0 == organ && self.sleep.wakes_neighbours(ends.1))
+                    || (ends.1 == organ && self.sleep.wakes_neighbours(ends.0))
             }
             Anchor::World(_) => false,
         };
@@ -423,16 +427,16 @@ impl<'a> Sim<'a> {
     }
 
     /// For each organ, true if a tool is near it or the jaws hold part of it.
-    fn worked_organs(&self) -> [bool; MAX_ORGANS] {
-        let mut worked = [false; MAX_ORGANS];
+    fn organs_at_tools(&self) -> [bool; MAX_ORGANS] {
+        let mut at_tools = [false; MAX_ORGANS];
         let bodies = &self.state.bodies;
         let organs = &bodies.organ;
         for sphere in (self.contacts.near_spheres(bodies)).chain(self.grasp.spheres()) {
-            if let Some(organ) = worked.get_mut(usize::from(*organs.at(sphere))) {
+            if let Some(organ) = at_tools.get_mut(usize::from(*organs.at(sphere))) {
                 *organ = true;
             }
         }
-        worked
+        at_tools
     }
 
     /// Force of the tissue on the hand, through the limits, in the device's frame.
@@ -464,7 +468,8 @@ impl<'a> Sim<'a> {
         let command = self.limit.apply(&demand, faults);
         if let (Some(limit_n), false) = (self.limit.rendered_n(), paused) {
             let force_n = &felt.wrench.force_n;
-            self.proxy.give_way(force_n, felt.at_once_n_m, limit_n);
+            self.proxy
+                .update(force_n, felt.instant_stiffness_n_m, limit_n);
         }
         self.tool.force_n = world_from_device * command.force_n;
         self.tool.torque_nm = world_from_device * command.torque_nm;
@@ -495,7 +500,7 @@ impl<'a> Sim<'a> {
             tracker: self.inputs.tracker_health(),
             pedal: self.inputs.pedal_health(),
             clips: self.clips.on_tubes(),
-            clips_left: self.clips.left(),
+            clips_left: self.clips.remaining(),
             contacts: &self.contacts,
             scene: &self.scene,
             bodies: &self.state.bodies,
@@ -545,7 +550,7 @@ impl<'a> Sim<'a> {
         if !self.scene.layers.cells.is_empty() {
             hash.word(bodies.cells.history());
         }
-        bodies.sutures.add_to(&mut hash);
+        bodies.sutures.hash_into(&mut hash);
         hash.finish()
     }
 }

@@ -13,7 +13,7 @@ use crate::tool::{Instrument, Tool, ToolState};
 use crate::words::{Event, EventKind};
 
 /// Opening at or below which closing jaws grasp the tissue between them, 0 shut to 1 wide open.
-const JAW_HOLDS: f32 = 0.35;
+const GRASP_OPENING: f32 = 0.35;
 
 impl Sim<'_> {
     /// Follows the handle's buttons and opening: changes the instrument, and moves the jaws, which
@@ -24,16 +24,21 @@ impl Sim<'_> {
             self.change_instrument(self.tool.instrument.next());
         }
         let pressed = self.tool.buttons.contains(Buttons::GRASP);
-        let closing = self.drive.hand().map_or(pressed, |hand| hand <= JAW_HOLDS);
+        let closing = self
+            .drive
+            .handle_opening()
+            .map_or(pressed, |opening| opening <= GRASP_OPENING);
         let jaw = (self.drive).jaw(pressed, &jaws(&self.tool), &self.grasp);
-        let bites = self.tool.jaw > JAW_HOLDS && jaw <= JAW_HOLDS;
-        let closed = self.tool.jaw - jaw;
+        let starts_grasp = self.tool.jaw > GRASP_OPENING && jaw <= GRASP_OPENING;
+        let closed_share = self.tool.jaw - jaw;
         self.tool.jaw = jaw;
         if !self.tool.switches.paused {
             match self.tool.instrument {
-                Instrument::Scissors if closed > 0.0 => self.cut(closed, faults),
-                Instrument::Grasper if bites && self.grasp.count() == 0 => self.close_jaws(faults),
-                Instrument::ClipApplier if closed > 0.0 => self.clip(bites, faults),
+                Instrument::Scissors if closed_share > 0.0 => self.cut(closed_share, faults),
+                Instrument::Grasper if starts_grasp && self.grasp.count() == 0 => {
+                    self.close_jaws(faults)
+                }
+                Instrument::ClipApplier if closed_share > 0.0 => self.clip(starts_grasp, faults),
                 _ => {}
             }
         }
@@ -42,7 +47,8 @@ impl Sim<'_> {
         self.sew();
     }
 
-    /// Applies current to the tissue that the hook's bare tip touches, and raises the burn events.
+    /// Applies current to the tissue that the bare tip of the hook touches, and raises the burn
+    /// events.
     pub(super) fn burn(&mut self) {
         let electrode = Electrode::of(&self.tool, self.electric_pedal());
         let (state, journal) = (&mut *self.state, &mut self.journal);
@@ -52,7 +58,7 @@ impl Sim<'_> {
             let touched = (self.contacts.forces.as_slice(), cells.as_slice());
             (self.cautery).burn(electrode, touched, &self.scene, bodies, vessels, journal);
         }
-        self.cautery.tell(electrode.is_none(), journal);
+        self.cautery.report(electrode.is_none(), journal);
     }
 
     /// Tears tissue that the tick has overstretched.
@@ -62,24 +68,24 @@ impl Sim<'_> {
         }
         let (bodies, journal) = (&mut self.state.bodies, &mut self.journal);
         let vessels = &mut self.state.vessels;
-        tear_all(&self.scene, bodies, |apart| {
-            vessels.note_change();
-            journal.raise(apart.reported(EventKind::Tear));
+        tear_all(&self.scene, bodies, |severed| {
+            vessels.mark_changed();
+            journal.raise(severed.event(EventKind::Tear));
         });
-        bodies.tear_cells(&self.scene, |removed| journal.raise(removed.reported()));
+        bodies.tear_cells(&self.scene, |removed| journal.raise(removed.event()));
     }
 
-    /// Cuts with scissors that have closed in this tick by the share `closed` of their full
-    /// opening. The blades hold the tissue while they cut it.
-    fn cut(&mut self, closed: f32, faults: &mut FaultSet) {
+    /// Cuts with scissors that have closed in this tick by the share `closed_share` of their full
+    /// opening. The blades grasp the tissue while they cut it.
+    fn cut(&mut self, closed_share: f32, faults: &mut FaultSet) {
         let (scene, bodies, journal) = (&self.scene, &mut self.state.bodies, &mut self.journal);
         let blades = jaws(&self.tool);
         let (clips, vessels) = (self.clips.places(bodies), &mut self.state.vessels);
-        let work = cut_all(&blades, closed, &clips, scene, bodies, |apart| {
-            vessels.note_change();
-            journal.raise(apart.reported(EventKind::Cut));
+        let work = cut_all(&blades, closed_share, &clips, scene, bodies, |severed| {
+            vessels.mark_changed();
+            journal.raise(severed.event(EventKind::Cut));
         });
-        self.drive.note_cut(work.full_closing_j);
+        self.drive.set_cut_energy(work.full_closing_j);
         match (work.is_cutting, self.grasp.count()) {
             (true, 0) => self.grasp.close(&blades, |_| true, scene, bodies, faults),
             (false, 1..) => {
@@ -90,20 +96,20 @@ impl Sim<'_> {
         }
     }
 
-    /// Holds the tubes between the closing jaws of the applier. Closes a clip if the jaws bite in
-    /// this tick.
-    fn clip(&mut self, bites: bool, faults: &mut FaultSet) {
+    /// Grasps the tubes between the closing jaws of the applier. Closes a clip if the jaws start to
+    /// grasp in this tick.
+    fn clip(&mut self, starts_grasp: bool, faults: &mut FaultSet) {
         let (scene, bodies, journal) = (&self.scene, &mut self.state.bodies, &mut self.journal);
         let (jaws, at_m) = (jaws(&self.tool), self.tool.tip_m);
         if self.grasp.count() == 0 {
             let between = Clips::between(&jaws, scene, bodies);
             if between.contains(&true) {
-                let takes = |organ: u8| between.get(usize::from(organ)) == Some(&true);
-                self.grasp.close(&jaws, takes, scene, bodies, faults);
+                let may_grasp = |organ: u8| between.get(usize::from(organ)) == Some(&true);
+                self.grasp.close(&jaws, may_grasp, scene, bodies, faults);
             }
         }
-        if bites {
-            self.state.vessels.note_change();
+        if starts_grasp {
+            self.state.vessels.mark_changed();
             self.clips.close(&jaws, scene, bodies, |organ, number| {
                 journal.raise(Event {
                     kind: EventKind::Clip,
@@ -128,7 +134,7 @@ impl Sim<'_> {
         let (scene, bodies) = (&self.scene, &mut self.state.bodies);
         let jaws = jaws(&self.tool);
         (self.grasp).close(&jaws, |_| true, scene, bodies, faults);
-        self.tell_of_grasp(EventKind::Grasp, self.grasp.count() as f32);
+        self.raise_grasp_event(EventKind::Grasp, self.grasp.count() as f32);
     }
 
     /// Updates the grip, and releases tissue if the jaws have opened or the tissue has slid out.
@@ -137,39 +143,39 @@ impl Sim<'_> {
         let Some(first) = self.grasp.first() else {
             return;
         };
-        let (held, force_n) = (self.grasp.count(), math::norm(&self.grasp.pull_n()));
-        // Tissue that slips in opening jaws is being released: it raises no slip event.
-        let most_n = self.drive.grip_max_n(self.tool.instrument);
-        let slipped = (self.grasp).hold(&jaws(&self.tool), most_n, &mut self.state.bodies);
+        let (grasped_count, force_n) = (self.grasp.count(), math::norm(&self.grasp.pull_n()));
+        // Tissue that slips while the jaws open is being released, so it raises no slip event.
+        let force_max_n = self.drive.grip_max_n(self.tool.instrument);
+        let slipped = (self.grasp).hold(&jaws(&self.tool), force_max_n, &mut self.state.bodies);
         if slipped && closing {
-            self.tell_of_grasp(EventKind::Slip, force_n);
+            self.raise_grasp_event(EventKind::Slip, force_n);
         }
         if let Some((sphere, grip_n)) = self.grasp.crush(&self.scene, &self.state.bodies) {
-            self.tell(EventKind::Crush, sphere, grip_n);
+            self.raise_event(EventKind::Crush, sphere, grip_n);
         }
         if !closing && self.grasp.is_loose() {
-            self.let_go();
+            self.release_tissue();
         } else if self.grasp.count() == 0 {
-            self.tell(EventKind::LetGo, first, held as f32);
+            self.raise_event(EventKind::LetGo, first, grasped_count as f32);
             self.grasp.open(&mut self.state.bodies);
             self.transition.discontinuity();
         }
     }
 
-    pub(super) fn let_go(&mut self) {
-        self.tell_of_grasp(EventKind::LetGo, self.grasp.count() as f32);
+    pub(super) fn release_tissue(&mut self) {
+        self.raise_grasp_event(EventKind::LetGo, self.grasp.count() as f32);
         self.grasp.open(&mut self.state.bodies);
         self.transition.discontinuity();
     }
 
-    fn tell_of_grasp(&mut self, kind: EventKind, value: f32) {
+    fn raise_grasp_event(&mut self, kind: EventKind, value: f32) {
         if let (Some(first), Instrument::Grasper) = (self.grasp.first(), self.tool.instrument) {
-            self.tell(kind, first, value);
+            self.raise_event(kind, first, value);
         }
     }
 
     /// Raises an event at the tip, for the organ of this sphere.
-    fn tell(&mut self, kind: EventKind, sphere: u32, value: f32) {
+    fn raise_event(&mut self, kind: EventKind, sphere: u32, value: f32) {
         self.journal.raise(Event {
             kind,
             organ: Some(u32::from(*self.state.bodies.organ.at(sphere))),
@@ -179,19 +185,19 @@ impl Sim<'_> {
     }
 
     pub(super) fn change_instrument(&mut self, instrument: Instrument) {
-        self.let_go();
-        // Persistent contacts of the old instrument do not belong to the new one.
+        self.release_tissue();
+        // The persistent contacts of the old instrument are not valid for the new instrument.
         self.contacts.clear();
         self.tool.instrument = instrument;
         // The new jaws start as open as the handle, so that the change neither bites nor cuts.
-        self.tool.jaw = self.drive.hand().unwrap_or(1.0);
-        self.drive.note_cut(0.0);
+        self.tool.jaw = self.drive.handle_opening().unwrap_or(1.0);
+        self.drive.set_cut_energy(0.0);
     }
 
     pub(super) fn note_events(&mut self, faults: &mut FaultSet) {
         let forces = &self.contacts.forces;
-        let own = forces.iter().filter(|it| it.tool == Tool::Instrument);
-        self.tool.contact_count = own.count() as u32;
+        let instrument_forces = forces.iter().filter(|it| it.tool == Tool::Instrument);
+        self.tool.contact_count = instrument_forces.count() as u32;
         self.journal
             .note_contacts(forces, self.scene.organs, math::norm(&self.tool.force_n));
         let pedal = self.tool.switches.pedal;

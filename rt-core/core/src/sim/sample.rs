@@ -8,34 +8,34 @@ use crate::time::TimeNs;
 use crate::words::{Health, Status};
 
 /// Lower bound of the age above which a device sample is stale, ns. The force falls while the
-/// sample is stale. Raising it tolerates longer gaps, in which an old force acts.
+/// sample is stale. A larger value tolerates longer gaps, in which an old force acts.
 const DEVICE_STALE_NS: u64 = 5_000_000;
 /// Age above which a device sample is stale, in periods of the device's own rate. With fewer
-/// periods, the samples of a slow device would always be stale, because a sample may wait a period
-/// in transit.
+/// periods, the samples of a slow device could always be stale, because a sample may be in transit
+/// for a period.
 const STALE_PERIODS: f32 = 3.0;
-/// Upper bound of the age above which a device sample is stale, ns: as long as a device's own
-/// watchdog may hold a force.
+/// Upper bound of the age above which a device sample is stale, ns: the longest time for which a
+/// device's own watchdog may hold a force.
 const DEVICE_STALE_MAX_NS: u64 = 100_000_000;
-/// Time between two ticks above which the force starts from zero again, ns: as long as the force
-/// takes to fall once a sample is stale.
+/// Time between two ticks above which the force starts from zero again, ns: the time in which the
+/// force falls after a sample became stale.
 const STANDSTILL_NS: u64 = 20_000_000;
 /// Time after a standstill, ns, in which no speed is computed from positions and the force does not
-/// rise. Samples that the device sent during the gap arrive all at once, and the handle covered the
-/// distance between them during the gap, not in one tick. A serial line delivers its buffer of 4 kB
-/// in a few milliseconds, or in tens of milliseconds on a busy machine.
+/// rise. Samples that the device sent during the standstill arrive all at once, so their distances
+/// are not travel within a tick. A serial line delivers its buffer of 4 kB in a few milliseconds,
+/// or in tens of milliseconds on a busy machine.
 const SETTLE_NS: u64 = 50_000_000;
 /// Age above which a tracker sample is stale, ns.
 const TRACKER_STALE_NS: u64 = 100_000_000;
 /// Age above which the pedal's state is stale, ns. A stale state raises [`Fault::LostPedal`].
 const PEDAL_STALE_NS: u64 = 500_000_000;
 /// Largest coordinate of a pose in its device's frame, m.
-const REACH_MAX_M: f32 = 10.0;
-/// Least time by which the distance between two samples is divided for a speed, s. Each tick takes
-/// one sample, so two samples are a tick apart even if the first one arrived late.
+const COORDINATE_MAX_M: f32 = 10.0;
+/// Lower bound of the time between two samples in the computation of a speed, s. Each tick takes
+/// one sample, so two samples are a tick apart even if the first arrived late.
 const SAMPLE_PERIOD_MIN_S: f32 = 0.001;
 
-/// One device's line: its state and its newest sample.
+/// State of one device's line, and its newest sample.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Line<T> {
     newest: Option<T>,
@@ -114,11 +114,11 @@ pub(crate) struct Inputs {
     pub(crate) velocity_m_s: Vec3,
     newly_pressed: Buttons,
     /// True if this tick's sample is the first, or the first after a gap.
-    takes_up: bool,
+    is_first_after_gap: bool,
     /// Age at which a device sample is stale, ns.
     stale_ns: u64,
-    stood_still: bool,
-    came_back: bool,
+    had_standstill: bool,
+    has_returned: bool,
     /// Time until which the lines may still deliver samples that they buffered in a standstill, ns.
     settles_until_ns: TimeNs,
     now_ns: TimeNs,
@@ -127,7 +127,7 @@ pub(crate) struct Inputs {
 impl Inputs {
     /// Inputs of a station with this haptic device.
     pub(crate) fn of(device: &DeviceCapabilities) -> Self {
-        // A rate that is not a number, or is below 1 Hz, gives the largest age.
+        // A rate that is NaN or below 1 Hz gives the largest age.
         let period_ns = (1.0e9 * STALE_PERIODS / device.rate_hz.max(1.0)) as u64;
         Self {
             stale_ns: period_ns.clamp(DEVICE_STALE_NS, DEVICE_STALE_MAX_NS),
@@ -142,10 +142,10 @@ impl Inputs {
             self.now_ns > 0 && samples.now_ns <= self.now_ns,
             Fault::BadClock,
         );
-        self.stood_still =
+        self.had_standstill =
             self.now_ns > 0 && samples.now_ns.saturating_sub(self.now_ns) > STANDSTILL_NS;
-        faults.raise_if(self.stood_still, Fault::StaleDevice);
-        if self.stood_still {
+        faults.raise_if(self.had_standstill, Fault::StaleDevice);
+        if self.had_standstill {
             self.settles_until_ns = samples.now_ns.saturating_add(SETTLE_NS);
         }
         self.now_ns = self.now_ns.max(samples.now_ns);
@@ -156,16 +156,16 @@ impl Inputs {
             .copied()
             .filter(|_| !self.device.is_lost);
         let device = checked(samples.device, is_device_sample, faults);
-        self.came_back = self.device.is_lost && matches!(device, Polled::Fresh(_));
+        self.has_returned = self.device.is_lost && matches!(device, Polled::Fresh(_));
         self.device.take(device, |sample| sample.at_ns);
         self.newly_pressed = Buttons::default();
-        self.takes_up = false;
+        self.is_first_after_gap = false;
         if let Polled::Fresh(sample) = device {
             let before_gap = self.is_settling();
             self.velocity_m_s = sample
                 .velocity_m_s
                 .unwrap_or_else(|| velocity(before.filter(|_| !before_gap).as_ref(), &sample));
-            self.takes_up = before.is_none() || self.has_leapt();
+            self.is_first_after_gap = before.is_none() || self.may_have_jumped();
             // A button that is pressed at the start acts only after it was released.
             let held = before.map_or(sample.buttons, |before| before.buttons);
             self.newly_pressed = Buttons(sample.buttons.0 & !held.0);
@@ -199,16 +199,16 @@ impl Inputs {
         self.newly_pressed
     }
 
-    /// True if this tick's sample is the first, or the first after a gap, so that the handle may
-    /// have opened or shut unseen.
-    pub(crate) const fn takes_up(&self) -> bool {
-        self.takes_up
+    /// True if this tick's sample is the first, or the first after a gap: the handle may have
+    /// opened or shut since the last sample.
+    pub(crate) const fn is_first_after_gap(&self) -> bool {
+        self.is_first_after_gap
     }
 
     /// True if the hand may have moved anywhere: no tick ran for a long time (a stopped process, a
     /// stalled machine), or the device has returned after a loss.
-    pub(crate) const fn has_leapt(&self) -> bool {
-        self.stood_still || self.came_back
+    pub(crate) const fn may_have_jumped(&self) -> bool {
+        self.had_standstill || self.has_returned
     }
 
     /// True for a short time after a standstill, in which the force must not rise.
@@ -234,10 +234,10 @@ fn velocity(before: Option<&DeviceSample>, now: &DeviceSample) -> Vec3 {
     let Some(before) = before else {
         return Vec3::zeros();
     };
-    let passed_s = now.at_ns.saturating_sub(before.at_ns) as f32 * 1.0e-9;
-    let way =
+    let elapsed_s = now.at_ns.saturating_sub(before.at_ns) as f32 * 1.0e-9;
+    let travel_m =
         now.device_from_handle.translation.vector - before.device_from_handle.translation.vector;
-    way / passed_s.max(SAMPLE_PERIOD_MIN_S)
+    travel_m / elapsed_s.max(SAMPLE_PERIOD_MIN_S)
 }
 
 /// `polled`, or nothing and a fault if its sample is invalid.
@@ -256,7 +256,7 @@ fn checked<T: Copy>(
 }
 
 fn is_pose(pose: &Pose) -> bool {
-    math::is_rigid(pose) && pose.translation.vector.amax() <= REACH_MAX_M
+    math::is_rigid(pose) && pose.translation.vector.amax() <= COORDINATE_MAX_M
 }
 
 fn is_device_sample(sample: &DeviceSample) -> bool {

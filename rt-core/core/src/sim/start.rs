@@ -5,7 +5,7 @@ use crate::math;
 use crate::scene::{Anchor, Inside, Organ};
 use crate::sim::{Sim, Task};
 use crate::tissue::Node;
-use crate::tissue::tubes::Step;
+use crate::tissue::tubes::TubeSegment;
 
 /// Positions of the clips along a prepared tube, from the body's end, 0, to the gallbladder's, 1.
 /// Two clips stay with the body, one leaves with the gallbladder.
@@ -16,8 +16,8 @@ const CLEARED_M: f32 = 0.008;
 const DIVIDED_AT: f32 = 0.65;
 
 impl Sim<'_> {
-    /// Resets everything, then prepares the start of `task`. No event describes the prepared work,
-    /// because the trainee did not do it.
+    /// Resets the simulation, then prepares the start of `task`. The prepared work raises no
+    /// events, because the trainee did not do it.
     pub(super) fn start(&mut self, task: Task) {
         self.reset();
         if task == Task::Hang {
@@ -31,39 +31,43 @@ impl Sim<'_> {
         if task == Task::Clamp {
             return;
         }
-        for (organ, it) in (0u8..).zip(self.scene.organs) {
-            let Some(is_from_low) = self.leaves_bag(organ, it) else {
+        for (organ, organ_record) in (0u8..).zip(self.scene.organs) {
+            let Some(is_from_first) = self.is_numbered_from_body(organ, organ_record) else {
                 continue;
             };
-            self.unrest.free(organ.into());
+            self.unrest.mark_freed(organ.into());
             for share in CLIPS_AT {
-                if let Some(step) = self.step_at(organ, it, share, is_from_low) {
-                    self.clips.put_on(&step, &mut self.state.bodies);
+                if let Some(segment) = self.segment_at(organ, organ_record, share, is_from_first) {
+                    self.clips.close_on(&segment, &mut self.state.bodies);
                 }
             }
-            if let (Task::Disconnect, Some(step)) =
-                (task, self.step_at(organ, it, DIVIDED_AT, is_from_low))
-            {
-                let (a, b) = (u32::from(step.a), u32::from(step.b));
-                let links = (it.link_start..).zip(self.scene.elastic_links_of(it));
+            if let (Task::Disconnect, Some(segment)) = (
+                task,
+                self.segment_at(organ, organ_record, DIVIDED_AT, is_from_first),
+            ) {
+                let (a, b) = (u32::from(segment.a), u32::from(segment.b));
+                let links =
+                    (organ_record.link_start..).zip(self.scene.elastic_links_of(organ_record));
                 for (link, ends) in links {
-                    // The longer links over this step, which resist bending, are severed too.
+                    // The longer links across this segment, which resist bending, are severed too.
                     let (low, high) = (ends.a.min(ends.b), ends.a.max(ends.b));
                     if low <= a.min(b) && high >= a.max(b) {
-                        self.state.bodies.parted.part_link(link);
+                        self.state.bodies.damage.sever_link(link);
                     }
                 }
             }
         }
         let state = &mut *self.state;
-        state.vessels.note_prepared(&self.scene, &state.bodies);
+        state.vessels.mark_prepared(&self.scene, &state.bodies);
     }
 
     /// Removes the cells around the cystic duct and artery.
     fn clear_triangle(&mut self) {
         let is_cystic = |organ| {
-            let it = self.scene.organs.get(usize::from(organ));
-            it.is_some_and(|it| self.leaves_bag(organ, it).is_some())
+            let organ_record = self.scene.organs.get(usize::from(organ));
+            organ_record.is_some_and(|organ_record| {
+                self.is_numbered_from_body(organ, organ_record).is_some()
+            })
         };
         let cystic = core::array::from_fn::<bool, MAX_ORGANS, _>(|organ| is_cystic(organ as u8));
         let (scene, bodies) = (&self.scene, &mut self.state.bodies);
@@ -85,14 +89,14 @@ impl Sim<'_> {
 
     /// For a duct or vessel that is attached to the gallbladder: true if its first sphere is at the
     /// other end. `None` for other organs.
-    fn leaves_bag(&self, organ: u8, it: &Organ) -> Option<bool> {
-        if !it.is_tube() || !matches!(it.inside, Inside::Blood | Inside::Bile) {
+    fn is_numbered_from_body(&self, organ: u8, organ_record: &Organ) -> Option<bool> {
+        if !organ_record.is_tube() || !matches!(organ_record.inside, Inside::Blood | Inside::Bile) {
             return None;
         }
         let bodies = &self.state.bodies;
         let is_bag = |sphere: u32| {
             let other = self.scene.organs.get(usize::from(*bodies.organ.at(sphere)));
-            other.is_some_and(|it| it.inside == Inside::Bile && !it.is_tube())
+            other.is_some_and(|other| other.inside == Inside::Bile && !other.is_tube())
         };
         let ends = self
             .scene
@@ -105,23 +109,29 @@ impl Sim<'_> {
         let mut own = ends.flatten();
         let (sphere, _) =
             own.find(|(own, other)| *bodies.organ.at(*own) == organ && is_bag(*other))?;
-        Some(sphere.saturating_sub(it.sphere_start) * 2 > it.sphere_count)
+        Some(sphere.saturating_sub(organ_record.sphere_start) * 2 > organ_record.sphere_count)
     }
 
-    /// Step (link) at this share of the length of a tube whose spheres are numbered along it. The
-    /// share counts from the first sphere if `is_from_low`, else from the last.
-    fn step_at(&self, organ: u8, it: &Organ, share: f32, is_from_low: bool) -> Option<Step> {
-        // Counts from both ends alike, because preparation may number the spheres from either end.
-        let last = it.sphere_count.saturating_sub(2);
+    /// Segment at this share of the length of a tube whose spheres are numbered along it. The share
+    /// counts from the first sphere if `is_from_first`, else from the last.
+    fn segment_at(
+        &self,
+        organ: u8,
+        organ_record: &Organ,
+        share: f32,
+        is_from_first: bool,
+    ) -> Option<TubeSegment> {
+        // The result is symmetric, because preparation may number the spheres from either end.
+        let last = organ_record.sphere_count.saturating_sub(2);
         let from_end = ((share * (last + 1) as f32) as u32).min(last);
-        let place = if is_from_low {
+        let place = if is_from_first {
             from_end
         } else {
             last - from_end
         };
-        let sphere = it.sphere_start + place;
-        let away = |step: &Step| u32::from(step.a.min(step.b)).abs_diff(sphere);
-        let steps = self.state.bodies.beads.steps_of(organ);
-        steps.min_by_key(away)
+        let sphere = organ_record.sphere_start + place;
+        let distance = |segment: &TubeSegment| u32::from(segment.a.min(segment.b)).abs_diff(sphere);
+        let segments = self.state.bodies.beads.segments_of(organ);
+        segments.min_by_key(distance)
     }
 }

@@ -2,14 +2,14 @@
 
 use crate::math;
 use crate::port::Buttons;
-use crate::procedure::unrest::Found;
-use crate::sim::{STIR_M, Sim};
+use crate::procedure::unrest::UnrestKind;
+use crate::sim::{Sim, WAKE_GAP_M};
 use crate::words::{Event, EventKind};
 
-/// Speed below which the handle is at rest, m/s: five times the tremor of a resting hand.
-const HANDLE_RESTS_M_S: f32 = 0.005;
-/// Lower bound of the length of the shaft outside the body by which `Sim::lever` divides, m:
-/// about half the width of a hand.
+/// Speed below which the handle counts as at rest, m/s: five times the tremor of a resting hand.
+const HANDLE_REST_SPEED_M_S: f32 = 0.005;
+/// Lower bound of the length of the shaft outside the body in `Sim::tip_speed_ratio`, m: about half
+/// the width of a hand.
 const LEVER_MIN_M: f32 = 0.05;
 /// Ticks between two searches for organs next to those that a tool moves.
 const SPREAD_TICKS: u64 = 16;
@@ -29,13 +29,17 @@ impl Sim<'_> {
         }
         let speed_m_s = math::norm(&self.tool.handle_velocity_m_s);
         let pedal = self.tool.switches.pedal;
-        let moves = speed_m_s > HANDLE_RESTS_M_S
+        let moves = speed_m_s > HANDLE_REST_SPEED_M_S
             || self.grasp.count() > 0
             || self.tool.buttons != Buttons::default()
             || pedal.cut
             || pedal.coagulate;
-        let worked = self.worked_organs();
-        for (organ, _) in worked.iter().enumerate().filter(|(_, worked)| **worked) {
+        let at_tools = self.organs_at_tools();
+        for (organ, _) in at_tools
+            .iter()
+            .enumerate()
+            .filter(|(_, at_tools)| **at_tools)
+        {
             if moves {
                 self.unrest.disturb(organ);
             } else {
@@ -44,24 +48,24 @@ impl Sim<'_> {
         }
         for sphere in self.grasp.spheres() {
             self.unrest
-                .free((*self.state.bodies.organ.at(sphere)).into());
+                .mark_freed((*self.state.bodies.organ.at(sphere)).into());
         }
         self.note_freed();
         if self.tick.is_multiple_of(SPREAD_TICKS) {
-            self.unrest.spread(&self.bounds, STIR_M);
+            self.unrest.spread_disturbance(&self.bounds, WAKE_GAP_M);
         }
         let organs = self.scene.organs;
         let bodies = &self.state.bodies;
         self.unrest
             .note_velocities(organs.len(), |sphere| bodies.net_velocity_m_s(sphere));
-        let hand_m_s = speed_m_s * self.lever();
+        let hand_m_s = speed_m_s * self.tip_speed_ratio();
         let (bounds, journal) = (&self.bounds, &mut self.journal);
-        let mut tell = |organ: u32, at_m, found| {
+        let mut report = |organ: u32, at_m, found| {
             let (kind, value) = match found {
-                Found::Falls(distance_m) => (EventKind::Fall, distance_m),
-                Found::Shakes(speed_m_s) => (EventKind::Shake, speed_m_s),
+                UnrestKind::Falls(distance_m) => (EventKind::Fall, distance_m),
+                UnrestKind::Shakes(speed_m_s) => (EventKind::Shake, speed_m_s),
             };
-            // If the journal has little room, the events of the operation come first.
+            // These events come last, so that they displace no events of the operation.
             if journal.has_room() && (organ as usize) < organs.len() {
                 journal.raise(Event {
                     kind,
@@ -71,15 +75,15 @@ impl Sim<'_> {
                 });
             }
         };
-        self.unrest.look(bounds, &mut tell);
+        self.unrest.end_tick(bounds, &mut report);
         let fastest = |organ| organs.get(organ).map(|it| bodies.fastest(it));
         self.unrest
-            .look_at_worked(hand_m_s, bounds, fastest, &mut tell);
+            .end_tick_of_worked_organs(hand_m_s, bounds, fastest, &mut report);
     }
 
-    /// Speed of the tip over the speed of the handle (the shaft is a lever about the port), at
-    /// least 1.
-    fn lever(&self) -> f32 {
+    /// Speed of the tip divided by the speed of the handle, at least 1. The shaft is a lever about
+    /// the port.
+    fn tip_speed_ratio(&self) -> f32 {
         let port_m = self.scene.room.instrument_port_m;
         let [tip_m, handle_m] = [
             self.tool.tip_m,
@@ -93,18 +97,18 @@ impl Sim<'_> {
         }
     }
 
-    /// Notes the organs at which this tick has cut, burnt away or torn something.
+    /// Marks the organs at which this tick has cut, burnt away or torn something as freed.
     fn note_freed(&mut self) {
         let is_worked_on = self.unrest.is_worked_on();
         for event in self.journal.events() {
             let is_freed = match event.kind {
                 EventKind::Cut | EventKind::Removed | EventKind::Divided => true,
-                // Tissue that tears without a tool is a fault of the scene.
+                // If tissue tears without a tool, the scene is faulty.
                 EventKind::Tear | EventKind::Perforation => is_worked_on,
                 _ => false,
             };
             if let (true, Some(organ)) = (is_freed, event.organ) {
-                self.unrest.free(organ as usize);
+                self.unrest.mark_freed(organ as usize);
             }
         }
     }

@@ -38,7 +38,7 @@ pub struct TickView<'a> {
     /// Energy that the hand put into contact and did not get back, J. Below zero, contact has
     /// generated energy.
     pub energy_j: f32,
-    /// True if tissue or jaws asked for a force in this tick, and the simulation is not paused.
+    /// True if tissue or jaws demanded a force in this tick, and the simulation is not paused.
     pub asks_force: bool,
     /// Share of the demanded force that the ramp let through; 0 while force is cut.
     pub force_share: f32,
@@ -62,11 +62,11 @@ pub struct TickView<'a> {
 }
 
 impl<'a> TickView<'a> {
-    /// Cells of layered tissue, in the scene's order: heat taken as a share of the energy that
-    /// removes the cell, 0 to 254, or [`crate::tissue::cells::REMOVED`].
+    /// Cells of layered tissue, in the scene's order: heat absorbed, as a share of the energy that
+    /// removes the cell, 0 to 254; or [`crate::tissue::cells::REMOVED`].
     #[must_use]
     pub fn cells(&self) -> &'a [u8] {
-        self.bodies.cells.shown(self.scene.layers.cells.len())
+        self.bodies.cells.heat_code(self.scene.layers.cells.len())
     }
 
     /// Dents of the tools in tissue, at most [`crate::capacity::MAX_CONTACT_CONSTRAINTS`].
@@ -76,25 +76,25 @@ impl<'a> TickView<'a> {
 
     /// The elastic links of tubes (organs without tetrahedra), in the scene's order, at most
     /// [`MAX_TUBE_LINKS`]: true for each that is severed.
-    pub fn parted_links(&self) -> impl Iterator<Item = bool> + use<'a> {
+    pub fn severed_links(&self) -> impl Iterator<Item = bool> + use<'a> {
         let tubes = self.scene.organs.iter().filter(|organ| organ.is_tube());
         let links = tubes.flat_map(|organ| {
             let first = organ.link_start;
             first..first.saturating_add(organ.elastic_links)
         });
-        let parted = &self.bodies.parted;
+        let damage = &self.bodies.damage;
         links
             .take(MAX_TUBE_LINKS)
-            .map(|link| parted.left_of_link(link) <= 0.0)
+            .map(|link| damage.intact_of_link(link) <= 0.0)
     }
 
     /// Sutures that hang organs on the abdominal wall, in the order of the scene's attachments,
     /// each with true if it is severed.
     pub fn sutures(&self) -> impl Iterator<Item = (&'a Suture, bool)> + use<'a> {
-        let parted = &self.bodies.parted;
+        let damage = &self.bodies.damage;
         let ties = self.scene.attachments.iter().enumerate();
         let own = ties.filter(|(_, tie)| is_suture(tie));
-        let is_cut = own.map(|(tie, _)| parted.left_of_tie(tie) <= 0.0);
+        let is_cut = own.map(|(tie, _)| damage.intact_of_tie(tie) <= 0.0);
         self.bodies.sutures.all().iter().zip(is_cut)
     }
 

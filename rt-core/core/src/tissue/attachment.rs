@@ -1,8 +1,8 @@
 //! Attachments between organs, and between an organ and the world.
 //!
-//! An attachment is solved at least in each substep of the coarser organ, at most in each of the
-//! finer one, and in between as often as its stiffness needs (`multirate`). Between two solutions,
-//! its force on the finer organ stays the same.
+//! An attachment is solved as often as its stiffness needs (`multirate`): at least in each substep
+//! of the coarser organ, at most in each substep of the finer organ. Between two solutions, its
+//! force on the finer organ is constant.
 
 use heapless::Vec;
 
@@ -14,17 +14,17 @@ use crate::tissue::bar::{self, Bar};
 use crate::tissue::lanes::Lanes;
 use crate::tissue::multirate::{Multirate, Pace, SubstepWindow};
 
-/// Largest share of its stiffness that an attachment may lack. An attachment is solved from zero
-/// impulses, in one pass, so it lacks the share `k dt² w`, with the stiffness `k`, the time between
-/// two solutions `dt` and the sum of the ends' inverse masses `w`.
-const SOFTER_MAX: f32 = 0.03;
+/// Largest permitted loss of an attachment's stiffness, as a share. An attachment is solved in one
+/// pass and without warm start, so it loses the share `k dt² w`: k is its stiffness, dt the time
+/// between two solutions, w the sum of the inverse masses of its ends.
+const STIFFNESS_LOSS_MAX: f32 = 0.03;
 
 /// An attachment, in the order of solution.
 #[derive(Debug, Clone, Copy)]
-struct Turn {
+struct ScheduledTie {
     /// Index in the scene.
     tie: u16,
-    /// Number of the suture, if the attachment is one.
+    /// Number of the suture, if the attachment is a suture.
     suture: Option<u8>,
     /// Organs of its ends. An end in the world has the organ of the other end.
     organs: [u8; 2],
@@ -32,78 +32,82 @@ struct Turn {
     finer_sphere: u32,
 }
 
-/// Moments at which an attachment acts.
+/// Moments of a tick at which an attachment is solved and acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Rhythm {
+struct Schedule {
     /// Number of times that it is solved in a tick.
-    times: u32,
-    /// Number of times that its force acts on the finer organ in a tick: the substeps of the finer
-    /// organ.
-    acts: u32,
+    solutions: u32,
+    /// Number of times that its force acts on the finer organ in a tick: once in each substep of
+    /// that organ.
+    applications: u32,
     /// Index of the end in the finer organ.
     finer: u8,
 }
 
-/// Turns with the same rhythm.
+/// Attachments with the same schedule.
 #[derive(Debug, Clone, Copy)]
 struct Group {
-    rhythm: Rhythm,
-    /// The first turn, and one past the last.
-    turns: [u16; 2],
+    schedule: Schedule,
+    /// Range of indices in `TieSchedule::ties`: the first, and one past the last.
+    ties: [u16; 2],
 }
 
-/// Number of rhythms: 1, 2, 4, 8 or 16 solutions, as many substeps of the finer organ, and either
-/// end.
+/// Number of possible schedules: 1, 2, 4, 8 or 16 solutions; 1, 2, 4, 8 or 16 substeps of the finer
+/// organ; either end in the finer organ.
 const MAX_GROUPS: usize = 5 * 5 * 2;
 
 /// Attachments of a scene; those that are solved most often come first.
 #[derive(Debug, Clone)]
-pub(crate) struct Ties {
+pub(crate) struct TieSchedule {
     groups: Vec<Group, MAX_GROUPS>,
-    turns: Vec<Turn, MAX_ATTACHMENTS>,
-    /// Impulse of each turn on its finer end in a substep of the finer organ, m kg. Every tick
-    /// computes it anew.
-    held: [Lanes; MAX_ATTACHMENTS],
+    ties: Vec<ScheduledTie, MAX_ATTACHMENTS>,
+    /// Positional impulse of each attachment on its finer end in a substep of the finer organ, m
+    /// kg. Every tick computes it anew.
+    repeated: [Lanes; MAX_ATTACHMENTS],
 }
 
-impl Ties {
+impl TieSchedule {
     pub(crate) const NONE: Self = Self {
         groups: Vec::new(),
-        turns: Vec::new(),
-        held: [Lanes::ZERO; MAX_ATTACHMENTS],
+        ties: Vec::new(),
+        repeated: [Lanes::ZERO; MAX_ATTACHMENTS],
     };
 
-    /// Orders the attachments of `scene`. O(attachments · distinct rhythms).
+    /// Orders the attachments of `scene`. O(attachments · possible schedules).
     pub(crate) fn build(&mut self, scene: &Scene<'_>, organ_of: impl Fn(u32) -> u8) {
         self.groups.clear();
-        self.turns.clear();
+        self.ties.clear();
         let finest = scene.finest();
-        for times in powers_down_from(finest) {
-            for acts in powers_down_from(finest) {
+        for solutions in halvings_from(finest) {
+            for applications in halvings_from(finest) {
                 for finer in [0, 1] {
-                    let first = self.turns.len() as u16;
-                    let rhythm = Rhythm { times, acts, finer };
-                    self.add(rhythm, scene, &organ_of);
-                    let turns = [first, self.turns.len() as u16];
-                    if turns[0] < turns[1] {
-                        let _ = self.groups.push(Group { rhythm, turns }); // there is room for all
+                    let first = self.ties.len() as u16;
+                    let schedule = Schedule {
+                        solutions,
+                        applications,
+                        finer,
+                    };
+                    self.add(schedule, scene, &organ_of);
+                    let ties = [first, self.ties.len() as u16];
+                    if ties[0] < ties[1] {
+                        let _ = self.groups.push(Group { schedule, ties }); // there is room for all
                     }
                 }
             }
         }
     }
 
-    /// Adds the attachments with this rhythm.
-    fn add(&mut self, rhythm: Rhythm, scene: &Scene<'_>, organ_of: impl Fn(u32) -> u8) {
+    /// Adds the attachments with this schedule.
+    fn add(&mut self, schedule: Schedule, scene: &Scene<'_>, organ_of: impl Fn(u32) -> u8) {
         for (i, (tie, suture)) in (0u16..).zip(numbered(scene.attachments.iter())) {
             let spheres = [tie.sphere, tie.other_sphere().unwrap_or(tie.sphere)];
             let organs = spheres.map(&organ_of);
-            if Rhythm::of(tie, organs.map(|organ| scene.substeps_of(organ)), scene) == rhythm {
-                let _ = self.turns.push(Turn {
+            if Schedule::of(tie, organs.map(|organ| scene.substeps_of(organ)), scene) == schedule {
+                let _ = self.ties.push(ScheduledTie {
                     tie: i,
                     suture,
                     organs,
-                    finer_sphere: spheres[usize::from(rhythm.finer & 1)],
+                    finer_sphere: spheres[usize::from(schedule.finer & 1)],
                 }); // validation rejects a scene with more
             }
         }
@@ -111,12 +115,12 @@ impl Ties {
 }
 
 /// A power of two, and each smaller one.
-fn powers_down_from(most: u32) -> impl Iterator<Item = u32> {
-    core::iter::successors(Some(most), |it| Some(it / 2)).take_while(|it| *it > 0)
+fn halvings_from(solutions_max: u32) -> impl Iterator<Item = u32> {
+    core::iter::successors(Some(solutions_max), |it| Some(it / 2)).take_while(|it| *it > 0)
 }
 
-impl Rhythm {
-    /// Rhythm of an attachment between organs of these `substeps`.
+impl Schedule {
+    /// Schedule of an attachment between organs of these `substeps`.
     fn of(tie: &Attachment, substeps: [u32; 2], scene: &Scene<'_>) -> Self {
         let weight_per_kg = |sphere: u32| {
             let rest = scene.spheres.get(sphere as usize);
@@ -126,8 +130,8 @@ impl Rhythm {
         let sum_per_kg = weight_per_kg(tie.sphere) + other_per_kg;
         let [own, other] = substeps;
         Self {
-            times: solutions_per_tick(tie.compliance_m_n, sum_per_kg, substeps),
-            acts: own.max(other),
+            solutions: solutions_per_tick(tie.compliance_m_n, sum_per_kg, substeps),
+            applications: own.max(other),
             finer: u8::from(other > own),
         }
     }
@@ -141,62 +145,65 @@ pub fn solutions_per_tick(
     weight_sum_per_kg: f32,
     [own, other]: [u32; 2],
 ) -> u32 {
-    let (mut times, most) = (own.min(other).max(1), own.max(other));
-    let lacks = |times: u32| {
-        let step_s = TICK_S / times as f32;
+    let (mut solutions, solutions_max) = (own.min(other).max(1), own.max(other));
+    let stiffness_loss = |solutions: u32| {
+        let step_s = TICK_S / solutions as f32;
         step_s * step_s * weight_sum_per_kg / compliance_m_n
     };
-    while times < most && lacks(times) > SOFTER_MAX {
-        times *= 2;
+    while solutions < solutions_max && stiffness_loss(solutions) > STIFFNESS_LOSS_MAX {
+        solutions *= 2;
     }
-    times
+    solutions
 }
 
-/// Projects every attachment whose window begins with the finest substep `now` as an elastic link.
+/// Projects, as elastic links, the attachments whose window begins with the finest substep `now`.
 /// Repeats the forces of the other attachments in the substeps of their finer organs. A suture acts
 /// only while it is taut; a severed attachment never acts. An attachment of rest length zero draws
 /// its ends together.
 pub(crate) fn project_due(scene: &Scene<'_>, now: u32, bodies: &mut Bodies) {
     for group in 0..bodies.ties.groups.len() {
-        let Some(Group { rhythm, turns }) = bodies.ties.groups.get(group).copied() else {
+        let Some(Group { schedule, ties }) = bodies.ties.groups.get(group).copied() else {
             return;
         };
-        if let Some(window) = SubstepWindow::due(now, rhythm.times, scene) {
+        if let Some(window) = SubstepWindow::due(now, schedule.solutions, scene) {
             let per_step_s2 = (window.step_s() * window.step_s()).recip();
             let paces = Pace::of_all(scene, &window);
-            for turn in turns[0]..turns[1] {
-                solve(turn, rhythm, per_step_s2, &paces, scene, bodies);
+            for index in ties[0]..ties[1] {
+                solve(index, schedule, per_step_s2, &paces, scene, bodies);
             }
-        } else if SubstepWindow::due(now, rhythm.acts, scene).is_some() {
-            for turn in turns[0]..turns[1] {
-                repeat(turn, bodies);
+        } else if SubstepWindow::due(now, schedule.applications, scene).is_some() {
+            for index in ties[0]..ties[1] {
+                repeat(index, bodies);
             }
         }
     }
 }
 
-/// Solves an attachment for a window of length dt, and pushes its ends. `per_step_s2` is 1/dt².
+/// Solves an attachment for a window of length dt, and applies its impulses. `per_step_s2` is
+/// 1/dt².
 #[inline(always)]
 fn solve(
-    turn: u16,
-    rhythm: Rhythm,
+    index: u16,
+    schedule: Schedule,
     per_step_s2: f32,
     paces: &[Pace; MAX_ORGANS],
     scene: &Scene<'_>,
     bodies: &mut Bodies,
 ) {
-    let number = usize::from(turn);
-    let Some(turn) = bodies.ties.turns.get(number).copied() else {
+    let number = usize::from(index);
+    let Some(scheduled) = bodies.ties.ties.get(number).copied() else {
         return;
     };
     let pace = |organ: u8| paces.get(usize::from(organ)).copied();
-    let paces = turn.organs.map(|organ| pace(organ).unwrap_or(Pace::SAME));
+    let paces = scheduled
+        .organs
+        .map(|organ| pace(organ).unwrap_or(Pace::SAME));
     let mut pushes = [Lanes::ZERO; 2];
-    if let Some(tie) = scene.attachments.get(usize::from(turn.tie))
-        && let Some(tie) = bodies.sutures.now(tie, turn.suture)
+    if let Some(tie) = scene.attachments.get(usize::from(scheduled.tie))
+        && let Some(tie) = bodies.sutures.current(tie, scheduled.suture)
     {
-        let left = bodies.parted.left_of_tie(usize::from(turn.tie));
-        let push = projection(&tie, left, per_step_s2, paces, bodies);
+        let intact = bodies.damage.intact_of_tie(usize::from(scheduled.tie));
+        let push = projection(&tie, intact, per_step_s2, paces, bodies);
         let [own, other] = paces;
         pushes = [push.scaled(own.spread()), push.scaled(-other.spread())];
         push_sphere(tie.sphere, pushes[0], bodies);
@@ -204,25 +211,27 @@ fn solve(
             push_sphere(sphere, pushes[1], bodies);
         }
     }
-    if rhythm.times < rhythm.acts
-        && let Some(held) = bodies.ties.held.get_mut(number)
+    if schedule.solutions < schedule.applications
+        && let Some(repeated) = bodies.ties.repeated.get_mut(number)
     {
-        *held = pushes[usize::from(rhythm.finer & 1)];
+        *repeated = pushes[usize::from(schedule.finer & 1)];
     }
 }
 
-/// Pushes the finer end of an attachment as in the last substep.
+/// Applies the impulse of the last solution to the finer end of an attachment.
 #[inline(always)]
-fn repeat(turn: u16, bodies: &mut Bodies) {
-    let number = usize::from(turn);
-    let (Some(turn), Some(held)) = (bodies.ties.turns.get(number), bodies.ties.held.get(number))
-    else {
+fn repeat(index: u16, bodies: &mut Bodies) {
+    let number = usize::from(index);
+    let (Some(scheduled), Some(repeated)) = (
+        bodies.ties.ties.get(number),
+        bodies.ties.repeated.get(number),
+    ) else {
         return;
     };
-    push_sphere(turn.finer_sphere, *held, bodies);
+    push_sphere(scheduled.finer_sphere, *repeated, bodies);
 }
 
-/// Applies an impulse over dt, m kg.
+/// Applies a positional impulse, m kg.
 #[inline(always)]
 fn push_sphere(sphere: u32, impulse_m_kg: Lanes, bodies: &mut Bodies) {
     let weight_per_kg = bodies.weight_per_kg(sphere);
@@ -230,17 +239,17 @@ fn push_sphere(sphere: u32, impulse_m_kg: Lanes, bodies: &mut Bodies) {
     node.step_m = node.step_m + impulse_m_kg.scaled(weight_per_kg);
 }
 
-/// Impulse over the window's length dt on the first end of an attachment, m kg, of which the intact
-/// share is `left`. `per_step_s2` is 1/dt².
+/// Positional impulse on the first end of an attachment, m kg. `intact` is the intact share of its
+/// stiffness; `per_step_s2` is 1/dt², with dt the length of the window.
 #[inline(always)]
 fn projection(
     tie: &Attachment,
-    left: f32,
+    intact: f32,
     per_step_s2: f32,
     paces: [Pace; 2],
     bodies: &Bodies,
 ) -> Lanes {
-    if left <= 0.0 {
+    if intact <= 0.0 {
         return Lanes::ZERO;
     }
     let [a_pace, b_pace] = paces;
@@ -264,7 +273,11 @@ fn projection(
     }
     let bar = Bar {
         rest_length_m: tie.rest_length_m,
-        softness_per_kg: bar::softness_per_kg(tie.compliance_m_n, left, per_step_s2),
+        scaled_compliance_per_kg: bar::scaled_compliance_per_kg(
+            tie.compliance_m_n,
+            intact,
+            per_step_s2,
+        ),
     };
     bar.push(difference, a_pace.weight() + b_weight)
 }
@@ -316,10 +329,10 @@ mod tests {
     }
 
     #[test]
-    fn a_tie_is_solved_as_often_as_its_stiffness_needs() {
+    fn tie_is_solved_as_often_as_its_stiffness_needs() {
         let (organs, spheres) = (organs(1, 16), spheres());
         let scene = Scene::new(&organs, &spheres, &[], room()).expect("sound");
-        // `k dt² w`: 0.9 N/m at one solution a tick lacks 3 % of its stiffness.
+        // `k dt² w`: at one solution a tick, a stiffness of 0.9 N/m loses 3 %.
         let expected = [
             (0.8, 1),
             (1.0, 2),
@@ -328,19 +341,19 @@ mod tests {
             (20.0, 8),
             (300.0, 16),
         ];
-        for (stiffness_n_m, times) in expected {
-            let found = Rhythm::of(&tie(stiffness_n_m), [1, 16], &scene);
+        for (stiffness_n_m, solutions) in expected {
+            let found = Schedule::of(&tie(stiffness_n_m), [1, 16], &scene);
             assert_eq!(
-                (found.times, found.acts),
-                (times, 16),
+                (found.solutions, found.applications),
+                (solutions, 16),
                 "{stiffness_n_m} N/m"
             );
         }
-        let times =
-            |stiffness_n_m, substeps| Rhythm::of(&tie(stiffness_n_m), substeps, &scene).times;
-        assert_eq!(times(0.1, [4, 16]), 4, "the coarser organ");
-        assert_eq!(times(0.1, [16, 4]), 4);
-        assert_eq!(times(1.0e6, [4, 2]), 4, "the finer organ");
+        let solutions =
+            |stiffness_n_m, substeps| Schedule::of(&tie(stiffness_n_m), substeps, &scene).solutions;
+        assert_eq!(solutions(0.1, [4, 16]), 4, "the coarser organ");
+        assert_eq!(solutions(0.1, [16, 4]), 4);
+        assert_eq!(solutions(1.0e6, [4, 2]), 4, "the finer organ");
     }
 
     /// The stretch follows from the tie's stiffness, with any substeps of the two organs.
@@ -366,9 +379,9 @@ mod tests {
                 let expected_m = MASS_KG * 9.81 / stiffness_n_m;
                 // Within a tick, the sphere falls a quarter of `g dt²` below the place where the
                 // tick ends.
-                let off_m = (stretch_m - expected_m).abs();
+                let error_m = (stretch_m - expected_m).abs();
                 assert!(
-                    off_m < 0.03 * expected_m + 0.000_003,
+                    error_m < 0.03 * expected_m + 0.000_003,
                     "{held} and {free} substeps, {stiffness_n_m} N/m: {stretch_m}, not {expected_m}"
                 );
                 assert!(math::norm(&tissue.velocity_m_s(1)) < 1.0e-4, "at rest");

@@ -10,62 +10,63 @@ use crate::tissue::per_sphere::PerSphere;
 pub(crate) struct Bar {
     /// Length at rest, m.
     pub(crate) rest_length_m: f32,
-    /// Compliance over dt²: stretch per impulse over dt, 1/kg.
-    pub(crate) softness_per_kg: f32,
+    /// Compliance divided by dt² (`α̃` of XPBD), 1/kg.
+    pub(crate) scaled_compliance_per_kg: f32,
 }
 
-/// Compliance over dt², 1/kg, of a bar of which the intact share is `left`. `per_step_s2` is 1/dt².
+/// Compliance divided by dt², 1/kg, of a bar whose intact share is `intact`. `per_step_s2` is
+/// 1/dt².
 #[inline(always)]
-pub(crate) fn softness_per_kg(compliance_m_n: f32, left: f32, per_step_s2: f32) -> f32 {
+pub(crate) fn scaled_compliance_per_kg(compliance_m_n: f32, intact: f32, per_step_s2: f32) -> f32 {
     let softness = compliance_m_n * per_step_s2;
     // A division takes as long as the rest of this function, and few bars are damaged.
-    if left >= 1.0 {
+    if intact >= 1.0 {
         softness
     } else {
-        softness / left
+        softness / intact
     }
 }
 
 impl Bar {
-    /// Displacement per inverse mass of an end at `difference` from the other, m kg. The inverse
-    /// masses sum to `weight_sum`. Coincident ends have no direction and are left alone.
+    /// Positional impulse on one end, m kg. `difference` points to it from the other end, m. The
+    /// inverse masses sum to `weight_sum`. Coincident ends have no direction and get no impulse.
     #[inline(always)]
     pub(crate) fn push(&self, difference: Lanes, weight_sum: f32) -> Lanes {
         let length_m = math::sqrt(difference.norm_squared());
-        difference.scaled(self.share(length_m, weight_sum, 0.0, length_m))
+        difference.scaled(self.push_factor(length_m, weight_sum, 0.0, length_m))
     }
 
-    /// Factor on the difference of its ends that gives the push on a bar of this length, kg.
-    /// `last_m` is its length after its last projection. `rate` is the retardation time over the
-    /// substep: weight of the strain rate relative to the strain.
+    /// Positional impulse on one end as a factor on the difference of the ends, kg. `last_length_m`
+    /// is the length after the last projection. `rate` is the retardation time divided by the
+    /// substep: the weight of the strain rate relative to the strain.
     #[inline(always)]
-    fn share(&self, length_m: f32, weight_sum: f32, rate: f32, last_m: f32) -> f32 {
-        let resistance = (1.0 + rate) * weight_sum + self.softness_per_kg;
-        let is_known = length_m > 1.0e-9 && resistance > 0.0;
-        if !is_known {
+    fn push_factor(&self, length_m: f32, weight_sum: f32, rate: f32, last_length_m: f32) -> f32 {
+        let resistance = (1.0 + rate) * weight_sum + self.scaled_compliance_per_kg;
+        let is_solvable = length_m > 1.0e-9 && resistance > 0.0;
+        if !is_solvable {
             return 0.0;
         }
-        let error = length_m - self.rest_length_m + rate * (length_m - last_m);
+        let error = length_m - self.rest_length_m + rate * (length_m - last_length_m);
         -error / (resistance * length_m)
     }
 
-    /// Projects the bar between two spheres. `last_m` is its length after its last projection, and
-    /// receives its length after this one.
+    /// Projects the bar between two spheres. `last_length_m` is its length after the last
+    /// projection; the method updates it.
     #[inline(always)]
     pub(crate) fn project(
         &self,
         nodes: &mut PerSphere<Node>,
         [i, j]: [u32; 2],
         rate: f32,
-        last_m: &mut f32,
+        last_length_m: &mut f32,
     ) {
         let (a, b) = (nodes.at(i), nodes.at(j));
         let (wa, wb) = (a.inverse_mass_per_kg(), b.inverse_mass_per_kg());
         let difference = a.from(b);
         let length_m = math::sqrt(difference.norm_squared());
-        let share = self.share(length_m, wa + wb, rate, *last_m);
-        let push = difference.scaled(share);
-        *last_m = (length_m + length_m * (share * (wa + wb))).abs();
+        let push_factor = self.push_factor(length_m, wa + wb, rate, *last_length_m);
+        let push = difference.scaled(push_factor);
+        *last_length_m = (length_m + length_m * (push_factor * (wa + wb))).abs();
         let (a, b) = (a.step_m + push.scaled(wa), b.step_m - push.scaled(wb));
         nodes.at_mut(i).step_m = a;
         nodes.at_mut(j).step_m = b;

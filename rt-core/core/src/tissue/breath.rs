@@ -5,8 +5,9 @@ use crate::time::TICK_S;
 use crate::tissue::{Bodies, Vec3};
 
 impl Bodies {
-    /// Leads the held spheres of `organ` to their displacement by the breath at the end of this
-    /// tick. The displacement follows a raised cosine and is `breath_m` at full inspiration.
+    /// Leads the held spheres of `organ` to the displacement that the breath has at the end of this
+    /// tick. The displacement follows a raised cosine in time; at full inspiration it is
+    /// `breath_m`.
     pub(crate) fn breathe(&mut self, scene: &Scene<'_>, organ: &Organ, tick: u64) {
         let breath_s = scene.room.breath_s;
         if breath_s <= 0.0 || organ.breath_m == Vec3::zeros() {

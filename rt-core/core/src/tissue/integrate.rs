@@ -10,7 +10,7 @@ use crate::tissue::{Bodies, neo_hookean};
 /// Largest speed of a sphere, m/s. An instrument is slower. A faster sphere could pass through its
 /// neighbour in one tick.
 const SPEED_MAX_M_S: f32 = 3.0;
-/// Largest displacement of a sphere from rest along an axis, m. A sphere beyond it has diverged.
+/// Largest displacement of a sphere from rest along an axis, m. Beyond it, the solver has diverged.
 const DISPLACEMENT_MAX_M: f32 = 10.0;
 
 /// Time constant of the low-pass filter that gives a sphere's trail, ticks. A longer filter also
@@ -39,8 +39,8 @@ impl Bounds {
         self.high_m = self.high_m.sup(&(center_m + r));
     }
 
-    /// Bounding box of the part of the segment from `a_m` to `b_m` that lies within `reach_m` of
-    /// this box, grown by `reach_m`. Empty if the segment does not come near.
+    /// Bounding box, grown by `reach_m`, of the part of the segment from `a_m` to `b_m` that lies
+    /// in this box grown by `reach_m`. Empty if there is no such part.
     pub(crate) fn within(&self, a_m: &Vec3, b_m: &Vec3, reach_m: f32) -> Self {
         let along_m = b_m - a_m;
         let (mut from, mut to) = (0.0f32, 1.0f32);
@@ -76,12 +76,12 @@ impl Bodies {
     /// Held spheres move with their prescribed velocity.
     pub(crate) fn predict(&mut self, scene: &Scene<'_>, organ: &Organ, step_s: f32) {
         let fall = scene.room.gravity_m_s2 * (organ.gravity_share * step_s);
-        let keep = (1.0 - organ.material.damping_per_s * step_s).max(0.0);
-        let (fall, keep) = (Lanes::new(&fall, 0.0), Lanes::splat(keep));
+        let remaining = (1.0 - organ.material.damping_per_s * step_s).max(0.0);
+        let (fall, remaining) = (Lanes::new(&fall, 0.0), Lanes::splat(remaining));
         let step_s = Lanes::splat(step_s);
         for node in self.nodes.range_mut(organ.sphere_start, organ.sphere_count) {
             if node.inverse_mass_per_kg() > 0.0 {
-                node.velocity_m_s = node.velocity_m_s * keep + fall;
+                node.velocity_m_s = node.velocity_m_s * remaining + fall;
             }
             node.step_m = node.velocity_m_s * step_s;
         }
@@ -102,14 +102,14 @@ impl Bodies {
             let tools_m = node.step_m - last.tools;
             last.tools = neo_hookean::impulse(tools_m, weight_per_kg);
             if has_memory {
-                let outer_m = node.step_m - last.after_m;
+                let outer_m = node.step_m - last.step_after_tetrahedra_m;
                 last.outer = neo_hookean::impulse(outer_m, weight_per_kg);
             }
             let [x, y, z, _] = (node.moved_m + node.step_m).to_array();
             // Not `>`: a comparison with NaN is false. Not `&&`: evaluating all three at once is
             // quicker.
-            let is_in = |x: f32| x.abs() <= DISPLACEMENT_MAX_M;
-            if is_in(x) & is_in(y) & is_in(z) {
+            let is_inside = |x: f32| x.abs() <= DISPLACEMENT_MAX_M;
+            if is_inside(x) & is_inside(y) & is_inside(z) {
                 node.moved_m = node.moved_m + node.step_m;
                 if node.inverse_mass_per_kg() > 0.0 {
                     node.velocity_m_s = limited(node.step_m * per_step);
@@ -121,13 +121,13 @@ impl Bodies {
             node.step_m = Lanes::ZERO;
         }
         if quarantined > 0 {
-            self.warm_start.rest(scene, organ);
+            self.warm_start.reset(scene, organ);
         }
         quarantined
     }
 
-    /// Notes the steps of an organ's spheres, before the tools act on them.
-    pub(crate) fn note_before_tools(&mut self, organ: &Organ) {
+    /// Stores the steps of an organ's spheres before the tools act on them.
+    pub(crate) fn store_steps_before_tools(&mut self, organ: &Organ) {
         let memory = self.warm_start.of(organ).spheres;
         let nodes = self.nodes.range(organ.sphere_start, organ.sphere_count);
         for (node, last) in nodes.iter().zip(memory) {
@@ -136,27 +136,28 @@ impl Bodies {
     }
 
     /// Net speed of the fastest free sphere of an organ over the last ticks, m/s. Also advances the
-    /// trails. Heavily loaded spheres alternate between places micrometres apart, which does not
-    /// count.
-    pub(crate) fn pace_m_s(&mut self, organ: &Organ) -> f32 {
+    /// trails. Heavily loaded spheres alternate between places micrometres apart; the filter
+    /// removes this.
+    pub(crate) fn net_speed_m_s(&mut self, organ: &Organ) -> f32 {
         let (start, count) = (organ.sphere_start, organ.sphere_count);
         let trails = self.trail_m.range_mut(start, count).iter_mut();
         let mut farthest = 0.0f32;
         for (trail_m, node) in trails.zip(self.nodes.range(start, count)) {
-            let behind_m = node.moved_m - *trail_m;
-            *trail_m = *trail_m + behind_m.scaled(TRAIL_TICKS.recip());
+            let lag_m = node.moved_m - *trail_m;
+            *trail_m = *trail_m + lag_m.scaled(TRAIL_TICKS.recip());
             if node.inverse_mass_per_kg() > 0.0 {
-                farthest = farthest.max(behind_m.norm_squared());
+                farthest = farthest.max(lag_m.norm_squared());
             }
         }
         // A sphere in steady motion is `TRAIL_TICKS` ticks ahead of its trail.
         math::sqrt(farthest) / (TRAIL_TICKS * TICK_S)
     }
 
-    /// Velocity of a sphere over the last ticks, m/s, as [`Self::pace_m_s`] measures its speed.
+    /// Velocity of a sphere over the last ticks, m/s, as [`Self::net_speed_m_s`] measures its
+    /// speed.
     pub(crate) fn net_velocity_m_s(&self, sphere: u32) -> Vec3 {
-        let behind_m = self.nodes.at(sphere).moved_m - *self.trail_m.at(sphere);
-        behind_m.scaled((TRAIL_TICKS * TICK_S).recip()).vec3()
+        let lag_m = self.nodes.at(sphere).moved_m - *self.trail_m.at(sphere);
+        lag_m.scaled((TRAIL_TICKS * TICK_S).recip()).vec3()
     }
 
     /// Index of the free sphere of an organ that is fastest over the last ticks.
@@ -166,9 +167,9 @@ impl Bodies {
         let (mut sphere, mut farthest) = (start, 0.0f32);
         let spheres = (start..).zip(trails.zip(self.nodes.range(start, count)));
         for (number, (trail_m, node)) in spheres {
-            let behind = (node.moved_m - *trail_m).norm_squared();
-            if node.inverse_mass_per_kg() > 0.0 && behind > farthest {
-                (sphere, farthest) = (number, behind);
+            let lag_m2 = (node.moved_m - *trail_m).norm_squared();
+            if node.inverse_mass_per_kg() > 0.0 && lag_m2 > farthest {
+                (sphere, farthest) = (number, lag_m2);
             }
         }
         sphere

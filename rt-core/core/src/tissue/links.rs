@@ -1,4 +1,4 @@
-//! Elastic links of tubes, and of tissue that no tetrahedron joins.
+//! Elastic links of tubes, and of tissue without tetrahedra.
 
 use heapless::Vec;
 
@@ -9,58 +9,62 @@ use crate::tissue::bar::{self, Bar};
 
 /// Elastic links of an organ that begins a substep.
 #[derive(Debug, Clone, Copy)]
-struct Strand {
+struct OrganLinks {
     /// Index of the first link.
     first: u32,
     count: u32,
     /// 1/dt², with dt the length of the substep.
     per_step_s2: f32,
-    /// Weight of the strain rate relative to the strain: retardation time over dt.
+    /// Weight of the strain rate relative to the strain: retardation time divided by dt.
     rate: f32,
-    /// Rest length, as a share of the length in the scene.
-    shrunk: f32,
+    /// Rest length of the links, as a share of their length in the scene.
+    rest_length_share: f32,
 }
 
 /// Projects the elastic links of these organs. The links of each organ keep their order. Links that
-/// share a sphere wait for each other; in a thin tube, links that are close in the list share one.
-/// So the organs take turns, link by link, and the processor works on several at a time.
+/// share a sphere depend on each other, and in a thin tube neighbours in the list do. So the organs
+/// take turns, link by link, and the processor can work on several links at a time.
 pub(crate) fn project(scene: &Scene<'_>, organs: impl Iterator<Item = u8>, bodies: &mut Bodies) {
-    let mut strands: Vec<Strand, MAX_ORGANS> = Vec::new();
-    let mut longest = 0;
+    let mut all: Vec<OrganLinks, MAX_ORGANS> = Vec::new();
+    let mut count_max = 0;
     for number in organs {
         if let Some(organ) = scene.organs.get(usize::from(number)) {
             let step_s = scene.step_s_of(number);
-            let strand = Strand {
+            let links = OrganLinks {
                 first: organ.link_start,
                 count: organ.elastic_links.min(organ.link_count),
                 per_step_s2: (step_s * step_s).recip(),
                 rate: organ.material.retardation_s / step_s,
-                shrunk: bodies.parted.shrunk(number),
+                rest_length_share: bodies.damage.rest_length_share(number),
             };
-            longest = longest.max(strand.count);
-            let _ = strands.push(strand); // there is room for all organs
+            count_max = count_max.max(links.count);
+            let _ = all.push(links); // there is room for all organs
         }
     }
-    for step in 0..longest {
-        for strand in strands.iter().filter(|it| step < it.count) {
-            strand.project(step, scene, bodies);
+    for step in 0..count_max {
+        for links in all.iter().filter(|links| step < links.count) {
+            links.project(step, scene, bodies);
         }
     }
 }
 
-impl Strand {
+impl OrganLinks {
     /// Projects the link with this number in the organ.
     #[inline(always)]
     fn project(&self, number: u32, scene: &Scene<'_>, bodies: &mut Bodies) {
         let index = self.first.saturating_add(number);
-        let left = bodies.parted.left_of_link(index);
+        let intact = bodies.damage.intact_of_link(index);
         if let Some(link) = scene.links.get(index as usize)
             && let Some(last_m) = bodies.warm_start.link_m(index)
-            && left > 0.0
+            && intact > 0.0
         {
             let bar = Bar {
-                rest_length_m: link.rest_length_m * self.shrunk,
-                softness_per_kg: bar::softness_per_kg(link.compliance_m_n, left, self.per_step_s2),
+                rest_length_m: link.rest_length_m * self.rest_length_share,
+                scaled_compliance_per_kg: bar::scaled_compliance_per_kg(
+                    link.compliance_m_n,
+                    intact,
+                    self.per_step_s2,
+                ),
             };
             bar.project(&mut bodies.nodes, [link.a, link.b], self.rate, last_m);
         }

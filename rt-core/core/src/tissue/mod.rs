@@ -3,8 +3,9 @@
 //! # State
 //!
 //! A centre is stored as its rest position, its displacement, and the change of the displacement in
-//! this substep. Displacement and change are small, so they keep the bits that a centre far from
-//! the origin would lose. Without these bits, rounding would keep a resting organ in motion.
+//! this substep. Displacement and change are small, so they keep low bits that the coordinates of a
+//! centre far from the origin would lose. Without these bits, rounding errors would keep an organ
+//! at rest in motion.
 //!
 //! # A substep
 //!
@@ -24,57 +25,56 @@
 //! `F = I + Σ e_a b_aᵀ`, with `e` the displacements of the edges and `b` the shape gradients. XPBD
 //! solves it (Macklin 2016; Macklin and Müller 2021), with two differences. First, a substep begins
 //! with the impulses of the last one (`warm_start`), so tissue at rest has the stress of the
-//! energy, with any number of substeps. Second, the shape is solved implicitly for the whole of
-//! `F`, not along one gradient, so flat tetrahedra are stable (equations: `neo_hookean::kernel`).
+//! energy, with any number of substeps. Second, a projection solves implicitly for all of `F`, not
+//! along one gradient, so flat tetrahedra are stable (equations: `neo_hookean::kernel`).
 //!
 //! Viscosity resists only the change of volume from one substep to the next, so it damps neither
-//! rigid motion nor rest. Linear tetrahedra lock beyond a Poisson's ratio of 0.45, so a larger one
-//! counts as 0.45 (`POISSON_MAX`). Tetrahedra also resist a little more than the solid that they
-//! stand for, so they get 0.965 of Young's modulus (`STIFFNESS_SHARE`).
+//! rigid motion nor rest. Linear tetrahedra lock beyond a Poisson's ratio of 0.45, so a larger
+//! ratio counts as 0.45 (`POISSON_MAX`). Linear tetrahedra are also a little stiffer than the solid
+//! that they approximate, so they get 0.965 of Young's modulus (`STIFFNESS_SHARE`).
 //!
 //! Preparation orders the tetrahedra so that batches of eight share no sphere. `kernel` solves a
-//! batch at a time, in AVX registers or in plain arrays, with equal operations in equal order. So
-//! both give equal bits.
+//! batch at a time, in AVX registers or in plain arrays. Both do equal operations in equal order,
+//! so they give equal bits.
 //!
 //! # Links
 //!
-//! Tubes, and tissue that no tetrahedron joins, have elastic links: `C = |p1 − p2| − L` with a
-//! compliance, solved from zero multipliers. One pass suffices while the stiffness number `E dt² /
-//! (ρ h²)` of a substep is at most 0.2, with the spacing `h` of the spheres. Preparation chooses
-//! the number of substeps by that bound. Attachments between organs, threads, the grip of jaws and
-//! contact are constraints of the same kind. The force of each is its multiplier over `dt²`.
+//! Tubes, and tissue without tetrahedra, have elastic links: `C = |p1 − p2| − L` with a compliance,
+//! solved from zero multipliers. One pass suffices while the stiffness number `E dt² / (ρ h²)` of a
+//! substep is at most 0.2, with the spacing `h` of the spheres. Preparation chooses the number of
+//! substeps by that bound. Attachments between organs, sutures, the grip of jaws and contact are
+//! constraints of the same kind. The force of each is its multiplier divided by `dt²`.
 //!
 //! # Damage
 //!
 //! A link has one damage variable, from 0 (intact) to 1 (torn). It models a bundle of fibres that
 //! tear one after another (a cohesive law). Its force rises with the stiffness `k` up to an
-//! elongation `s`, in m, and falls at the same rate to zero at `2 s`. The whole tear takes the
-//! energy `k s²`. So `s = √(G c)` follows from the compliance `c = 1/k` and the energy `G` of the
-//! tear, which is toughness times area. A half-torn link unloads along a straight line to zero, so
-//! a cycle never yields energy. Scissors and current damage links too. Tetrahedra neither tear nor
-//! are cut yet.
+//! elongation `s`, in m, and falls with the slope `−k` to zero at `2 s`. A complete tear takes the
+//! energy `G = k s²`, which is toughness times area. So `s = √(G c)` follows from `G` and the
+//! compliance `c = 1/k`. A half-torn link unloads along a straight line to zero, so a cycle never
+//! yields energy. Scissors and current damage links too. Tetrahedra neither tear nor are cut yet.
 //!
 //! # Organs in unequal substeps
 //!
 //! A constraint between two organs acts on the finer organ in each of its substeps. A sphere of the
-//! coarser organ is then in the middle of a longer substep. The constraint uses the position of
-//! this sphere at the end of the finer substep, and its impulse acts over the whole of the longer
-//! one. If an attachment acted once a tick, an organ of 16 substeps would feel it in the last
-//! substep only: for a sixteenth of the time, at sixteen times the speed.
+//! coarser organ is then in the middle of a longer substep. The constraint uses the position that
+//! this sphere has at the end of the finer substep; the impulse on the sphere acts over the whole
+//! of the longer substep. If an attachment acted only once a tick, an organ of 16 substeps would
+//! receive its whole correction in the last substep, at sixteen times the speed.
 //!
 //! # Sleep
 //!
-//! An organ that stays in place for 50 ticks sleeps until a tool or a moving organ comes near it or
-//! pulls at it. The measure of motion is the distance of a sphere from its low-pass filtered
-//! position (its trail). The momentary speed would mislead, because heavily loaded spheres
-//! alternate between places micrometres apart.
+//! An organ that rests for 50 ticks sleeps until a tool or a moving organ comes near it or pulls at
+//! it. Motion is measured by the distance of a sphere from its low-pass filtered position (its
+//! trail). The momentary speed would be misleading, because heavily loaded spheres alternate
+//! between places micrometres apart.
 //!
 //! # Cells
 //!
 //! Fat and connective tissue are divided into cells. The organ's spheres carry the cells, and each
-//! cell belongs to the nearest sphere. A cell is removed when it has taken the energy that boils it
-//! away, or when its strand has torn. The effects depend on the set of removed cells, not on the
-//! order of removal. The contact skin sinks by the thickness that is missing under it. The
+//! cell belongs to the nearest sphere. A cell is removed when it has absorbed the energy that boils
+//! it away, or when its strand has torn. The effects depend on the set of removed cells, not on the
+//! order of removal. The contact skin sinks by the thickness of the removed cells under it. The
 //! stiffness of a link falls with the share of cells left at either of its spheres. A sphere that
 //! has lost all cells touches nothing and follows its neighbours. Tetrahedra of fat keep their
 //! stiffness.
@@ -83,11 +83,12 @@
 //!
 //! `Method::Paper` is the baseline: stretching (Eq. 3–5) and Laplacian coordinates (Eq. 6–8), in a
 //! fixed number of iterations. The faults of the method are kept. Stiffness depends on the number
-//! of iterations. The vector `L` does not turn with the tissue, so a rotated organ is pulled back.
-//! Only one sphere moves at a time, so momentum is not conserved.
+//! of iterations. The vector `L` does not rotate with the tissue, so a rotated organ is pulled
+//! back. A Laplacian step moves one sphere alone, so momentum is not conserved.
 //!
-//! Its memory, [`paper::Paper`], is no part of [`Bodies`]: the caller gives it with the method.
-//! Checkpoints leave out this memory, because nothing in it outlasts the projection of one organ.
+//! Its scratch memory, [`paper::Paper`], is not in [`Bodies`]; the caller passes it with the
+//! method. Checkpoints leave it out, because nothing in it is needed after the projection of one
+//! organ.
 
 mod adjacency;
 pub(crate) mod attachment;
@@ -116,7 +117,7 @@ use crate::tissue::cells::Cells;
 use crate::tissue::tubes::Beads;
 use crate::words::SphereBits;
 pub(crate) use adjacency::Adjacency;
-use attachment::Ties;
+use attachment::TieSchedule;
 pub use attachment::solutions_per_tick;
 use damage::Damage;
 use lanes::Lanes;
@@ -169,12 +170,12 @@ impl Solver for Method<'_> {
     ) {
         match self {
             Self::NeoHookean => NeoHookean.project_links(scene, organs, bodies),
-            Self::Paper(_) => {} // it stretches the links with the rest
+            Self::Paper(_) => {} // `project` includes its links
         }
     }
 }
 
-/// A sphere as the solver sees it: one cache line. Tetrahedra read its first half only.
+/// A sphere's state in the solver: one cache line. Tetrahedra read only its first half.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub(crate) struct Node {
@@ -244,16 +245,16 @@ impl Node {
         self.step_m = self.step_m + Lanes::new(step_m, 0.0);
     }
 
-    /// Moves a sphere of this inverse mass by an impulse over dt, m kg.
+    /// Applies a positional impulse (force times dt², m kg) to a sphere of this inverse mass.
     #[inline(always)]
     pub(crate) fn push(&mut self, impulse_m_kg: Lanes, weight_per_kg: f32) {
         self.step_m = self.step_m + impulse_m_kg.scaled(weight_per_kg);
     }
 
-    /// Scales the displacement of this substep by `keep`.
+    /// Scales the displacement of this substep by `factor`.
     #[inline]
-    pub(crate) fn slow(&mut self, keep: f32) {
-        self.step_m = self.step_m.scaled(keep);
+    pub(crate) fn scale_step(&mut self, factor: f32) {
+        self.step_m = self.step_m.scaled(factor);
     }
 
     /// Predicted centre, world frame, m.
@@ -304,14 +305,14 @@ pub struct Bodies {
     /// Index of each sphere's organ.
     pub(crate) organ: PerSphere<u8>,
     pub(crate) adjacency: Adjacency,
-    pub(crate) parted: Damage,
+    pub(crate) damage: Damage,
     /// Layered tissue.
     pub(crate) cells: Cells,
-    /// Balls with which tools collide, of organs without a contact skin.
+    /// Balls with which tools collide on organs without a contact skin.
     pub(crate) beads: Beads,
     /// Sutures that hang organs on the abdominal wall.
     pub(crate) sutures: Sutures,
-    ties: Ties,
+    ties: TieSchedule,
     pub(crate) warm_start: WarmStart,
     /// Low-pass filtered displacement of each sphere, m: the trail that sleep compares with.
     trail_m: PerSphere<Lanes>,
@@ -327,11 +328,11 @@ impl Bodies {
             bits: PerSphere::new(SphereBits(0)),
             organ: PerSphere::new(0),
             adjacency: Adjacency::new(),
-            parted: Damage::NONE,
+            damage: Damage::NONE,
             cells: Cells::new(),
             beads: Beads::new(),
             sutures: Sutures::NONE,
-            ties: Ties::NONE,
+            ties: TieSchedule::NONE,
             warm_start: WarmStart::REST,
             trail_m: PerSphere::new(Lanes::ZERO),
         }
@@ -352,7 +353,7 @@ impl Bodies {
             self.nodes.at_mut(i).rest_m = Lanes::new(&rest.center_m, 0.0);
         }
         self.warm_start.build(scene);
-        self.rest(scene);
+        self.reset(scene);
     }
 
     /// Starts a tick: if `is_awake`, marks every organ as simulated and draws sutures in. Clears
@@ -373,7 +374,7 @@ impl Bodies {
     }
 
     /// Marks an organ as not simulated in this tick.
-    pub(crate) fn stand(&mut self, organ: &Organ) {
+    pub(crate) fn mark_asleep(&mut self, organ: &Organ) {
         let bits = self.bits.range_mut(organ.sphere_start, organ.sphere_count);
         for bits in bits {
             *bits = SphereBits(bits.0 & !SphereBits::AWAKE.0);
@@ -405,10 +406,10 @@ impl Bodies {
     }
 
     /// Puts every sphere back to rest, and removes all damage.
-    pub(crate) fn rest(&mut self, scene: &Scene<'_>) {
-        self.parted.heal(scene);
-        self.cells.rest(scene);
-        self.sutures.rest(scene);
+    pub(crate) fn reset(&mut self, scene: &Scene<'_>) {
+        self.damage.heal(scene);
+        self.cells.reset(scene);
+        self.sutures.reset(scene);
         for (i, rest) in (0u32..).zip(scene.spheres) {
             let node = self.nodes.at_mut(i);
             node.put(&Vec3::zeros(), &Vec3::zeros());
@@ -418,8 +419,8 @@ impl Bodies {
             *self.bits.at_mut(i) = SphereBits(0);
         }
         for organ in scene.organs {
-            self.warm_start.rest(scene, organ);
-            self.warm_start.weigh(scene, organ, &self.nodes);
+            self.warm_start.reset(scene, organ);
+            self.warm_start.set_masses(scene, organ, &self.nodes);
         }
     }
 }

@@ -2,10 +2,10 @@
 //!
 //! A constraint acts in windows; the number of windows in a tick is a power of two. A window begins
 //! with a substep of the finer organ. A sphere of the coarser organ is then in the middle of a
-//! longer substep: the constraint uses the position that the sphere will have at the window's end,
-//! and its impulse acts over the whole of the longer substep. A window may also contain several
-//! substeps of the finer organ: the position at its end is then extrapolated, and the impulse is
-//! spread over the substeps.
+//! longer substep. The constraint uses the position that the sphere will have at the window's end,
+//! and the impulse on the sphere acts over the whole of the longer substep. A window may also
+//! contain several substeps of the finer organ. The position at the window's end is then
+//! extrapolated, and the impulse is spread over the substeps.
 
 use crate::capacity::MAX_ORGANS;
 use crate::scene::Scene;
@@ -48,7 +48,7 @@ pub(crate) struct Pace {
     /// Share of the organ's substep that has passed when the window ends; above 1 if the window is
     /// longer.
     elapsed: f32,
-    /// Length of the substep over the length of the window.
+    /// Length of the substep divided by the length of the window.
     longer: f32,
 }
 
@@ -69,7 +69,8 @@ impl Pace {
         }
     }
 
-    /// Displacement in one of the organ's substeps per impulse over the window and inverse mass.
+    /// Displacement in one of the organ's substeps, per positional impulse for the window and per
+    /// inverse mass.
     #[inline(always)]
     pub(crate) fn spread(&self) -> f32 {
         self.longer * self.longer.min(1.0)
@@ -85,7 +86,8 @@ impl Pace {
     }
 }
 
-/// State of a sphere within its own organ's substep, as a [`SubstepWindow`] sees it.
+/// A sphere of a constraint, at the place of the [`SubstepWindow`] within the substep of the
+/// sphere's organ.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Multirate {
     pace: Pace,
@@ -121,7 +123,7 @@ impl Multirate {
         self.weight_per_kg * self.pace.elapsed * self.pace.longer
     }
 
-    /// Applies an impulse over the window's length, m kg, which acts over the whole substep.
+    /// Applies a positional impulse for the window, m kg, so that it acts over the whole substep.
     #[inline(always)]
     pub(crate) fn push(&self, node: &mut Node, push_m_kg: Lanes) {
         node.step_m = node.step_m + push_m_kg.scaled(self.weight_per_kg * self.pace.longer);

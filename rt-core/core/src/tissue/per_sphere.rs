@@ -17,8 +17,8 @@ impl<T: Copy> PerSphere<T> {
         Self([value; MAX_SPHERES])
     }
 
-    /// Value of sphere `i`. [`crate::scene::Scene::new`] has checked every index; the mask proves
-    /// to the compiler that none is out of range.
+    /// Value of sphere `i`. [`crate::scene::Scene::new`] has checked every index. The mask shows
+    /// the compiler that no index is out of range.
     #[inline(always)]
     pub(crate) fn at(&self, i: u32) -> &T {
         &self.0[i as usize & (MAX_SPHERES - 1)]

@@ -8,16 +8,17 @@ use crate::tissue::{Bodies, Solver, attachment};
 pub(crate) trait Coupling {
     /// Called in each substep of this organ, before its constraints.
     fn pre_solve(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies);
-    /// Projects the constraints between organs that are due in the finest substep `now` of the
-    /// tick.
+    /// Projects the constraints between organs that are due. `now` is the index of the finest
+    /// substep within the tick.
     fn couple(&mut self, _now: u32, _bodies: &mut Bodies) {}
-    /// Called after the constraints of each substep of this organ except the last. `share` is the
-    /// share of the tick that has passed at the substep's end.
+    /// Called after the constraints of each substep of this organ except the last of the tick.
+    /// `share` is the share of the tick that has passed when the substep ends.
     fn post_solve(&mut self, organ: u8, share: f32, step_s: f32, bodies: &mut Bodies);
 }
 
-/// Advances every organ that `moves` through the tick. The caller ends the last substep: it applies
-/// the couplings, then calls `Bodies::advance`. Returns the number of spheres that were put back.
+/// Advances every organ of `moves` through the tick. The caller ends the last substep: it applies
+/// the couplings, then calls `Bodies::advance`. Returns the number of spheres that were quarantined
+/// (reset to their last place).
 pub(crate) fn run(
     scene: &Scene<'_>,
     solver: &mut impl Solver,
@@ -28,24 +29,24 @@ pub(crate) fn run(
     let finest = scene.finest();
     let mut quarantined = 0;
     for now in 0..finest {
-        for (i, organ, own) in moving(scene, moves, finest) {
-            if now.is_multiple_of(own) {
+        for (i, organ, length) in moving(scene, moves, finest) {
+            if now.is_multiple_of(length) {
                 let step_s = scene.step_s_of(i);
                 bodies.predict(scene, organ, step_s);
                 coupling.pre_solve(i, step_s, bodies);
                 solver.project(scene, organ, step_s, bodies);
             }
         }
-        let due = moving(scene, moves, finest).filter(|(.., own)| now.is_multiple_of(*own));
+        let due = moving(scene, moves, finest).filter(|(.., length)| now.is_multiple_of(*length));
         solver.project_links(scene, due.map(|(i, ..)| i), bodies);
         attachment::project_due(scene, now, bodies);
         coupling.couple(now, bodies);
         let ended = now + 1;
-        for (i, organ, own) in moving(scene, moves, finest) {
-            if !ended.is_multiple_of(own) {
+        for (i, organ, length) in moving(scene, moves, finest) {
+            if !ended.is_multiple_of(length) {
                 continue;
             }
-            bodies.note_before_tools(organ);
+            bodies.store_steps_before_tools(organ);
             if ended < finest {
                 let step_s = scene.step_s_of(i);
                 let share = ended as f32 / finest as f32;
@@ -57,13 +58,14 @@ pub(crate) fn run(
     quarantined
 }
 
-/// Organs that move, each with its index and the length of its substep in finest substeps.
+/// Organs that move, each with its index and the length of its substep in units of the finest
+/// substep.
 fn moving<'a>(
     scene: &'a Scene<'_>,
     moves: &'a [bool; MAX_ORGANS],
     finest: u32,
 ) -> impl Iterator<Item = (u8, &'a Organ, u32)> {
     let all = (0u8..).zip(scene.organs).zip(moves);
-    let own = all.filter(|(_, moves)| **moves);
-    own.map(move |((i, organ), _)| (i, organ, (finest / organ.substeps.max(1)).max(1)))
+    let length = all.filter(|(_, moves)| **moves);
+    length.map(move |((i, organ), _)| (i, organ, (finest / organ.substeps.max(1)).max(1)))
 }

@@ -1,7 +1,7 @@
 //! State of the sutures that hang organs on the abdominal wall.
 //!
-//! The scene places the sutures. A task can take them down; then the trainee places each one
-//! (`sim/sew.rs`), and the scene gives only the height of the wall and the shortening of the
+//! The scene places the sutures. A task can take them down; then the trainee places each of them
+//! (`sim/sew.rs`). The scene then gives only the height of the wall and the shortening of the
 //! suture.
 
 use heapless::Vec;
@@ -12,8 +12,8 @@ use crate::math::{self, Vec3};
 use crate::scene::{Anchor, Attachment, Scene, is_suture};
 use crate::tissue::damage::Damage;
 
-/// Share by which a hung suture is drawn in per tick: it has its final length after two seconds.
-const DRAWN_STEP: f32 = 0.000_5;
+/// Progress of drawing in a hung suture per tick: it has its final length after two seconds.
+const DRAW_IN_STEP: f32 = 0.000_5;
 
 /// Stage of placing a suture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,7 +21,7 @@ const DRAWN_STEP: f32 = 0.000_5;
 pub enum Placed {
     /// Not placed.
     Away = 0,
-    /// Passes through the organ; the other end is at the instrument.
+    /// Passes through the organ; its other end is at the instrument.
     AtHand = 1,
     /// Hangs the organ on the wall.
     Hung = 2,
@@ -39,15 +39,15 @@ pub struct Suture {
     /// Length when drawn in, m.
     pub length_m: f32,
     /// Length before it is drawn in, m.
-    apart_m: f32,
+    initial_length_m: f32,
     /// Progress of drawing in, 0 to 1.
-    drawn: f32,
+    draw_in_progress: f32,
     /// True if the trainee has placed the suture or has yet to place it.
-    is_own: bool,
+    is_by_trainee: bool,
     is_cut: bool,
 }
 
-/// Sutures of a scene to the world, in the order of its attachments.
+/// Sutures of a scene, in the order of its attachments.
 #[derive(Debug, Clone)]
 pub(crate) struct Sutures {
     all: Vec<Suture, MAX_SUTURES>,
@@ -65,7 +65,7 @@ impl Sutures {
     };
 
     /// Hangs all sutures as in the scene, not yet drawn in.
-    pub(crate) fn rest(&mut self, scene: &Scene<'_>) {
+    pub(crate) fn reset(&mut self, scene: &Scene<'_>) {
         self.all.clear();
         for tie in scene.attachments {
             let (Anchor::World(at_m), true, Some(rest)) = (
@@ -81,9 +81,9 @@ impl Sutures {
                 sphere: tie.sphere,
                 at_m,
                 length_m: tie.rest_length_m,
-                apart_m: math::norm(&(rest.center_m - at_m)),
-                drawn: 0.0,
-                is_own: false,
+                initial_length_m: math::norm(&(rest.center_m - at_m)),
+                draw_in_progress: 0.0,
+                is_by_trainee: false,
                 is_cut: false,
             });
         }
@@ -93,7 +93,7 @@ impl Sutures {
     pub(crate) fn take_down(&mut self) {
         for suture in &mut self.all {
             suture.placed = Placed::Away;
-            suture.is_own = true;
+            suture.is_by_trainee = true;
         }
     }
 
@@ -101,15 +101,15 @@ impl Sutures {
     pub(crate) fn draw_in(&mut self) {
         for suture in &mut self.all {
             if suture.placed == Placed::Hung {
-                suture.drawn = (suture.drawn + DRAWN_STEP).min(1.0);
+                suture.draw_in_progress = (suture.draw_in_progress + DRAW_IN_STEP).min(1.0);
             }
         }
     }
 
-    /// The attachment in its present state; `None` if it holds nothing now. `suture` is the
-    /// suture's number if the attachment is one.
+    /// The attachment in its present state; `None` if it is a suture that is not hung. `suture` is
+    /// the number of the suture, if the attachment is a suture.
     #[inline]
-    pub(crate) fn now(&self, tie: &Attachment, suture: Option<u8>) -> Option<Attachment> {
+    pub(crate) fn current(&self, tie: &Attachment, suture: Option<u8>) -> Option<Attachment> {
         if let Some(number) = suture {
             let suture = self.all.get(usize::from(number))?;
             (suture.placed == Placed::Hung).then(|| Attachment {
@@ -130,11 +130,11 @@ impl Sutures {
 
     /// Records the pedal, and whether the instrument holds a needle (`is_sewing`). Returns true if
     /// the pedal was just pressed to lead the needle.
-    pub(crate) fn is_pressed(&mut self, is_pedal_down: bool, is_sewing: bool) -> bool {
+    pub(crate) fn record_pedal(&mut self, is_pedal_down: bool, is_sewing: bool) -> bool {
         let was_down = core::mem::replace(&mut self.is_pedal_down, is_pedal_down);
-        let is_pressed = is_pedal_down && !was_down && is_sewing;
-        self.leads_needle = is_pedal_down && (self.leads_needle || is_pressed);
-        is_pressed
+        let is_needle_pressed = is_pedal_down && !was_down && is_sewing;
+        self.leads_needle = is_pedal_down && (self.leads_needle || is_needle_pressed);
+        is_needle_pressed
     }
 
     /// True while the pedal is held down that was pressed to lead a needle.
@@ -143,58 +143,65 @@ impl Sutures {
     }
 
     /// The suture to be placed next, and its number.
-    pub(crate) fn next(&mut self) -> Option<(usize, &mut Suture)> {
+    pub(crate) fn next_unplaced(&mut self) -> Option<(usize, &mut Suture)> {
         let mut all = self.all.iter_mut().enumerate();
         all.find(|(_, suture)| suture.placed != Placed::Hung)
     }
 
     /// True if a suture waits to be placed.
-    pub(crate) fn are_awaited(&self) -> bool {
+    pub(crate) fn has_unplaced(&self) -> bool {
         self.all.iter().any(|it| it.placed != Placed::Hung)
     }
 
     /// Spheres that wake their organ: the spheres of the trainee's sutures that are being drawn in,
     /// and of sutures just cut.
-    pub(crate) fn stirring(&mut self, scene: &Scene<'_>, parted: &Damage) -> Vec<u32, MAX_SUTURES> {
+    pub(crate) fn waking_spheres(
+        &mut self,
+        scene: &Scene<'_>,
+        damage: &Damage,
+    ) -> Vec<u32, MAX_SUTURES> {
         let ties = scene.attachments.iter().enumerate();
-        let own = ties.filter(|(_, tie)| is_suture(tie));
-        let mut stirring = Vec::new();
-        for (suture, (tie, _)) in self.all.iter_mut().zip(own) {
-            let is_cut = parted.left_of_tie(tie) <= 0.0;
+        let sutures = ties.filter(|(_, tie)| is_suture(tie));
+        let mut waking_spheres = Vec::new();
+        for (suture, (tie, _)) in self.all.iter_mut().zip(sutures) {
+            let is_cut = damage.intact_of_tie(tie) <= 0.0;
             let was_cut = core::mem::replace(&mut suture.is_cut, is_cut);
-            let draws = suture.is_own && suture.placed == Placed::Hung && suture.drawn < 1.0;
+            let draws = suture.is_by_trainee
+                && suture.placed == Placed::Hung
+                && suture.draw_in_progress < 1.0;
             if draws || is_cut != was_cut {
-                let _ = stirring.push(suture.sphere); // there are no more sutures
+                let _ = waking_spheres.push(suture.sphere); // there are no more sutures
             }
         }
-        stirring
+        waking_spheres
     }
 
     /// Adds the sutures that the trainee places to `hash`.
-    pub(crate) fn add_to(&self, hash: &mut Hash) {
-        for suture in self.all.iter().filter(|it| it.is_own) {
+    pub(crate) fn hash_into(&self, hash: &mut Hash) {
+        for suture in self.all.iter().filter(|it| it.is_by_trainee) {
             hash.word(u32::from(suture.placed as u8));
             hash.word(suture.sphere);
             hash.vector(&suture.at_m);
-            hash.float(suture.drawn);
+            hash.float(suture.draw_in_progress);
         }
     }
 }
 
 impl Suture {
     /// Hangs the suture at `at_m`. When drawn in, the suture is `drawn_in_m` shorter than the
-    /// distance `apart_m` of its ends.
-    pub(crate) fn hang(&mut self, at_m: Vec3, apart_m: f32, drawn_in_m: f32) {
+    /// distance `initial_length_m` of its ends.
+    pub(crate) fn hang(&mut self, at_m: Vec3, initial_length_m: f32, drawn_in_m: f32) {
         self.placed = Placed::Hung;
         self.at_m = at_m;
-        self.apart_m = apart_m;
-        self.length_m = (apart_m - drawn_in_m).max(0.0);
-        self.drawn = 0.0;
+        self.initial_length_m = initial_length_m;
+        self.length_m = (initial_length_m - drawn_in_m).max(0.0);
+        self.draw_in_progress = 0.0;
     }
 
     fn length_now_m(&self) -> f32 {
-        if self.drawn < 1.0 {
-            self.length_m + (self.apart_m - self.length_m).max(0.0) * (1.0 - self.drawn)
+        if self.draw_in_progress < 1.0 {
+            self.length_m
+                + (self.initial_length_m - self.length_m).max(0.0) * (1.0 - self.draw_in_progress)
         } else {
             self.length_m
         }

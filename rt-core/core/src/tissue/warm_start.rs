@@ -1,26 +1,27 @@
-//! Warm start: every tetrahedron keeps the impulse of its last projection.
+//! Warm start: every tetrahedron keeps the impulse of its last projection. An impulse in this
+//! module is a positional one: force times dt², m kg.
 //!
-//! A substep begins with all impulses of the last one. Each tetrahedron then takes its own impulse
-//! out, solves for the whole impulse anew, and applies the difference. At rest nothing changes, so
-//! the impulses balance exactly, in one pass and with any number of substeps. From zero impulses,
-//! one pass would leave tissue too soft: each tetrahedron would see what the earlier ones have
-//! corrected, and not what the later ones will. (Links start from zero impulses, because a tube of
+//! A substep begins with all impulses of the last substep. Each tetrahedron then removes its own
+//! impulse, solves for a new one, and applies the difference. At rest nothing changes, so the
+//! impulses balance exactly, in one pass and with any number of substeps. Without warm start,
+//! tissue would be too soft after one pass: each tetrahedron would see the corrections of the
+//! tetrahedra before it, but not of those after it. (Links have no warm start, because a tube of
 //! links is so light that it would bounce off an instrument.)
 //!
 //! The impulses of the later tetrahedra come from the last substep, so they act like explicit
 //! forces. Such forces are stable while the stiffness of a sphere times `dt²` over its mass is not
-//! too large. Stiffer organs keep a smaller share of their impulses ([`Limits`]). Such organs are
+//! too large. Stiffer organs keep a smaller share of their impulses ([`Limits`]). This makes them
 //! softer than their material, but stable at any stiffness.
 //!
 //! Links, attachments, contacts and grip act after the tetrahedra. The tetrahedra begin with the
-//! impulses of all these in the last substep. Otherwise the tetrahedra would see pressed tissue as
-//! it has sprung back for a substep, and the tissue would resist too little. For the same reason,
-//! the contact of organs begins with the last impulses of the tools, which act after it. A fold
-//! that jaws hold would otherwise spring back by millimetres, press its neighbours away, and never
-//! come to rest.
+//! impulses of all these in the last substep. Otherwise pressed tissue would have sprung back for a
+//! substep when the tetrahedra are solved, and it would resist too little. For the same reason, the
+//! contact of organs begins with the last impulses of the tools, which act after it. Otherwise a
+//! fold in the jaws would spring back by millimetres, press its neighbours away, and never come to
+//! rest.
 //!
-//! Viscosity also needs memory. A constraint resists the change of its strain from one of its
-//! projections to the next, so viscosity vanishes at rest.
+//! Viscosity also needs memory. A constraint resists the change of its strain since its last
+//! projection, so viscosity vanishes at rest.
 
 use crate::capacity::{MAX_BATCHES, MAX_LINKS, MAX_ORGANS};
 use crate::math;
@@ -29,20 +30,20 @@ use crate::tissue::Node;
 use crate::tissue::lanes::Lanes;
 use crate::tissue::per_sphere::PerSphere;
 
-/// Share of the impulses with which the next substep begins. The rest of 1 ‰ lets rounding errors
-/// fade. A smaller share makes tissue softer.
-const KEPT: f32 = 0.999;
+/// Share of the impulses with which the next substep begins. The missing 1 ‰ lets rounding errors
+/// decay. A smaller share makes tissue softer.
+const KEPT_SHARE: f32 = 0.999;
 /// Share that any organ may keep: stable up to 50 MPa (`stiff_tissue_comes_to_rest`).
-const KEPT_MIN: f32 = 0.5;
-/// Stiffness of a sphere, times `dt²` over its mass, up to which an organ keeps `KEPT`. Tissue
-/// stays stable at 86 while it is shaken, and at 34 while it is squeezed to 40 % of its height
-/// (`squeezed_tissue_stays_whole`).
-const STIFF: f32 = 34.0;
+const KEPT_SHARE_MIN: f32 = 0.5;
+/// Stiffness number of a sphere (stiffness times `dt²` over mass) up to which an organ keeps
+/// `KEPT_SHARE`. Tissue stays stable at 86 while it is shaken, and at 34 while it is squeezed to 40
+/// % of its height (`squeezed_tissue_stays_whole`).
+const STIFFNESS_NUMBER_MAX: f32 = 34.0;
 
-/// Largest weight of the strain rate relative to the strain, times the stiffness of [`STIFF`]. The
-/// impulses of the last substep also contain viscosity, so more of it would shake the tissue
-/// (`viscosity_does_not_change_a_sag`: 3.4 is stable, 8.5 is not).
-const THICK: f32 = 3.0;
+/// Largest weight of the strain rate relative to the strain, times the stiffness number (see
+/// [`STIFFNESS_NUMBER_MAX`]). The impulses of the last substep also contain viscosity, so more of
+/// it would shake the tissue (`viscosity_does_not_change_a_sag`: 3.4 is stable, 8.5 is not).
+const VISCOSITY_NUMBER_MAX: f32 = 3.0;
 
 /// Memory of a batch of tetrahedra.
 #[derive(Debug, Clone, Copy)]
@@ -50,11 +51,12 @@ pub(crate) struct BatchMemory {
     /// Determinant of the deformation after the last projection.
     pub(crate) volume: [f32; LANES],
     /// Negative first Piola–Kirchhoff stress over the shear modulus (`P` of the kernel): row,
-    /// column, lane. The impulse on a corner over dt is `μ dt² V` times this matrix times the
-    /// corner's shape gradient.
+    /// column, lane. The impulse on a corner is `μ dt² V` times this matrix times the corner's
+    /// shape gradient.
     pub(crate) stress: [[[f32; LANES]; 3]; 3],
-    /// `V Σ w b bᵀ` over the corners, entries xx, yy, zz, xy, xz, yz, m/kg: `V` the volume, `w` the
-    /// corners' inverse masses, `b` their shape gradients. Follows from the scene and the masses.
+    /// `V Σ w b bᵀ` over the corners, entries xx, yy, zz, xy, xz, yz, m/kg. V is the volume, w a
+    /// corner's inverse mass, b its shape gradient. The matrix follows from the scene and the
+    /// masses.
     pub(crate) mobility_m_kg: [[f32; LANES]; 6],
 }
 
@@ -67,13 +69,13 @@ impl BatchMemory {
     };
 
     /// No deformation and no impulse.
-    pub(crate) fn rest(&mut self) {
+    pub(crate) fn reset(&mut self) {
         self.volume = Self::REST.volume;
         self.stress = Self::REST.stress;
     }
 
-    /// Takes the present masses of the corners.
-    pub(crate) fn weigh(&mut self, batch: &TetraBatch, nodes: &PerSphere<Node>) {
+    /// Adopts the present masses of the corners.
+    pub(crate) fn set_masses(&mut self, batch: &TetraBatch, nodes: &PerSphere<Node>) {
         self.mobility_m_kg = Self::REST.mobility_m_kg;
         batch.each_corner(|lane, sphere, b, volume_m3| {
             let share = volume_m3 * nodes.at(sphere).inverse_mass_per_kg();
@@ -94,18 +96,19 @@ impl BatchMemory {
     }
 }
 
-/// Impulses on a sphere in the last substep, over dt, m kg.
+/// Impulses on a sphere in the last substep, m kg.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SphereMemory {
     /// Impulse of all tetrahedra.
     pub(crate) elastic: Lanes,
     /// Impulse of everything that acts after the tetrahedra: links, attachments, contacts, grip.
     pub(crate) outer: Lanes,
-    /// Impulse of the tools alone: clips, grip and contacts with instruments. While the tools act,
-    /// the step of the sphere before them, m.
+    /// Impulse of the tools alone: clips, grip and contacts with instruments. From
+    /// [`crate::tissue::Bodies::store_steps_before_tools`] to the end of the substep, it holds the
+    /// sphere's step before the tools, m.
     pub(crate) tools: Lanes,
     /// Step of the sphere after the tetrahedra, without the outer impulses, m.
-    pub(crate) after_m: Lanes,
+    pub(crate) step_after_tetrahedra_m: Lanes,
 }
 
 impl SphereMemory {
@@ -114,7 +117,7 @@ impl SphereMemory {
         elastic: Lanes::ZERO,
         outer: Lanes::ZERO,
         tools: Lanes::ZERO,
-        after_m: Lanes::ZERO,
+        step_after_tetrahedra_m: Lanes::ZERO,
     };
 }
 
@@ -125,7 +128,7 @@ pub(crate) struct WarmStart {
     /// Length of each link after its last projection, m.
     links_m: [f32; MAX_LINKS],
     spheres: PerSphere<SphereMemory>,
-    /// Bounds of each organ, as its stiffness and substeps allow.
+    /// Bounds of each organ, from its stiffness and substeps.
     limits: [Limits; MAX_ORGANS],
 }
 
@@ -133,25 +136,24 @@ pub(crate) struct WarmStart {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Limits {
     /// Share of its impulses that the organ keeps.
-    pub(crate) kept: f32,
-    /// Largest weight of the strain rate relative to the strain: retardation time over dt.
+    pub(crate) kept_share: f32,
+    /// Largest weight of the strain rate relative to the strain (retardation time divided by dt).
     pub(crate) rate_max: f32,
 }
 
 impl Limits {
-    /// Keeps nothing, not even viscosity.
+    /// No warm start and no viscosity.
     pub(crate) const NONE: Self = Self {
-        kept: 0.0,
+        kept_share: 0.0,
         rate_max: 0.0,
     };
 
-    /// Bounds for a sphere of this stiffness, times `dt²` over its mass. NaN gets the tightest
-    /// bounds.
+    /// Bounds for this stiffness number. NaN gets the tightest bounds.
     fn of(stiffness: f32) -> Self {
-        let room = (STIFF / stiffness).max(0.0);
+        let margin = (STIFFNESS_NUMBER_MAX / stiffness).max(0.0);
         Self {
-            kept: KEPT * (KEPT_MIN + (1.0 - KEPT_MIN) * room.min(1.0)),
-            rate_max: (THICK / stiffness).max(0.0),
+            kept_share: KEPT_SHARE * (KEPT_SHARE_MIN + (1.0 - KEPT_SHARE_MIN) * margin.min(1.0)),
+            rate_max: (VISCOSITY_NUMBER_MAX / stiffness).max(0.0),
         }
     }
 }
@@ -186,11 +188,11 @@ impl WarmStart {
 
     /// Bounds of an organ.
     pub(crate) fn limits(&self, organ: u8) -> Limits {
-        let closest = Limits::of(f32::INFINITY);
+        let tightest = Limits::of(f32::INFINITY);
         self.limits
             .get(usize::from(organ))
             .copied()
-            .unwrap_or(closest)
+            .unwrap_or(tightest)
     }
 
     /// Length of the link with this index after its last projection, m.
@@ -199,7 +201,7 @@ impl WarmStart {
         self.links_m.get_mut(link as usize)
     }
 
-    /// Impulse of the tools on a sphere in its last substep, over dt, m kg.
+    /// Impulse of the tools on a sphere in its last substep, m kg.
     #[inline(always)]
     pub(crate) fn tools(&self, sphere: u32) -> Lanes {
         self.spheres.at(sphere).tools
@@ -216,12 +218,12 @@ impl WarmStart {
         }
     }
 
-    /// Puts every constraint of an organ to rest, without impulses. A memory that is not a number
-    /// would otherwise spoil every later substep.
-    pub(crate) fn rest(&mut self, scene: &Scene<'_>, organ: &Organ) {
+    /// Puts every constraint of an organ to rest, without impulses. This also removes NaN, which
+    /// would otherwise spread to every later substep.
+    pub(crate) fn reset(&mut self, scene: &Scene<'_>, organ: &Organ) {
         let memory = self.of(organ);
         memory.spheres.fill(SphereMemory::REST);
-        memory.batches.iter_mut().for_each(BatchMemory::rest);
+        memory.batches.iter_mut().for_each(BatchMemory::reset);
         let at_m = |sphere: u32| scene.spheres.get(sphere as usize).map(|it| it.center_m);
         for (length_m, link) in memory.links_m.iter_mut().zip(scene.elastic_links_of(organ)) {
             *length_m = match (at_m(link.a), at_m(link.b)) {
@@ -231,19 +233,19 @@ impl WarmStart {
         }
     }
 
-    /// Takes the present masses of an organ's spheres, and forgets its impulses.
-    pub(crate) fn weigh(&mut self, scene: &Scene<'_>, organ: &Organ, nodes: &PerSphere<Node>) {
+    /// Adopts the present masses of an organ's spheres, and forgets its impulses.
+    pub(crate) fn set_masses(&mut self, scene: &Scene<'_>, organ: &Organ, nodes: &PerSphere<Node>) {
         let memory = self.of(organ);
         memory.spheres.fill(SphereMemory::REST);
         for (memory, batch) in memory.batches.iter_mut().zip(scene.batches_of(organ)) {
             memory.stress = BatchMemory::REST.stress;
-            memory.weigh(batch, nodes);
+            memory.set_masses(batch, nodes);
         }
     }
 }
 
-/// Largest stiffness of the tetrahedra at a free sphere of an organ over its mass, N/(m kg).
-/// `scratch` is overwritten for the organ's spheres.
+/// Largest ratio of stiffness to mass among the free spheres of an organ, N/(m kg). The stiffness
+/// of a sphere is that of its tetrahedra. `scratch` is overwritten for the organ's spheres.
 fn stiffest_n_m_kg(scene: &Scene<'_>, organ: &Organ, scratch: &mut PerSphere<SphereMemory>) -> f32 {
     let (start, count) = (organ.sphere_start, organ.sphere_count);
     scratch.range_mut(start, count).fill(SphereMemory::REST);

@@ -1,5 +1,5 @@
-//! A sphere against a part of an instrument: a cylinder with flat ends (Algorithm 1 of the
-//! inner-sphere paper).
+//! Overlap of a sphere with a part of an instrument, taken as a cylinder with flat ends (Algorithm
+//! 1 of the inner-sphere paper).
 
 use crate::math::{self, Vec3};
 use crate::tool::Capsule;
@@ -27,7 +27,7 @@ fn local(center_m: &Vec3, part: &Capsule) -> Local {
     Local {
         axis: if x < 0.0 { -u } else { u },
         // A centre on the axis gets an arbitrary but fixed direction.
-        radial: math::unit(&across).unwrap_or_else(|| math::across(&u)),
+        radial: math::unit(&across).unwrap_or_else(|| math::perpendicular(&u)),
         beyond_end_m: x.abs() - 0.5 * h,
         outside_m: math::norm(&across) - part.radius_m,
     }
@@ -61,10 +61,10 @@ pub struct Touch {
     pub normal: Vec3,
 }
 
-/// Depth and normal, which the paper does not give, from the signed distance of the sphere's centre
-/// to the solid cylinder. Contact (`depth > 0`) agrees with Algorithm 1. For a centre inside the
-/// cylinder, the distance is that to the nearest face (lateral surface or end), unlike in the
-/// paper. So the depth is continuous everywhere, and so is the force.
+/// Depth and normal, from the signed distance of the sphere's centre to the solid cylinder; the
+/// paper gives neither. Contact (`depth > 0`) agrees with Algorithm 1. For a centre inside the
+/// cylinder, the distance is measured to the nearest face (lateral surface or end). So the depth is
+/// continuous everywhere, and so is the force.
 #[must_use]
 pub fn touch(center_m: &Vec3, radius_m: f32, part: &Capsule) -> Touch {
     let Local {
@@ -173,7 +173,7 @@ mod tests {
 
         /// Moving the sphere against the normal by the depth just ends the contact.
         #[test]
-        fn the_way_out_is_the_way_out(c in vector(2.0), r in 0.5f32..2.0) {
+        fn moving_out_by_the_depth_ends_the_contact(c in vector(2.0), r in 0.5f32..2.0) {
             let first = touch(&c, r, &BAR);
             prop_assume!(first.depth_m > 0.0);
             let after = touch(&(c - first.normal * first.depth_m), r, &BAR);

@@ -113,8 +113,8 @@ pub struct Capsule {
 }
 
 /// Capsules of `instrument`, world frame: shaft and two jaws, as in the inner-sphere paper; for the
-/// hook, its straight part and its bent end. `jaw` is the opening, 0 closed to 1 open. The round
-/// ends of jaws reach to their tips. A shaft that is not in the body yet is omitted.
+/// hook, shaft, straight part and bent end. `jaw` is the opening, 0 closed to 1 open. The round end
+/// of a jaw extends to the tip of the jaw. A shaft that is not in the body yet is omitted.
 #[must_use]
 pub fn capsules(
     instrument: Instrument,
@@ -149,13 +149,23 @@ pub fn capsules(
         add(joint, heel, 0.001, Role::UpperJaw);
         add(heel, world(0.0, -0.004, -length), 0.0008, Role::Tip);
     } else {
-        let off = instrument.jaw_opening_m() * jaw.clamp(0.0, 1.0);
-        let reach = -math::sqrt(length * length - off * off);
+        let side_m = instrument.jaw_opening_m() * jaw.clamp(0.0, 1.0);
+        let axial_m = -math::sqrt(length * length - side_m * side_m);
         let axis = 1.0 - JAW_RADIUS_M / length;
         // Closed jaws lie next to each other and do not overlap.
-        let (off, reach) = (axis * off + 0.001, axis * reach);
-        add(joint, world(0.0, off, reach), JAW_RADIUS_M, Role::UpperJaw);
-        add(joint, world(0.0, -off, reach), JAW_RADIUS_M, Role::LowerJaw);
+        let (side_m, axial_m) = (axis * side_m + 0.001, axis * axial_m);
+        add(
+            joint,
+            world(0.0, side_m, axial_m),
+            JAW_RADIUS_M,
+            Role::UpperJaw,
+        );
+        add(
+            joint,
+            world(0.0, -side_m, axial_m),
+            JAW_RADIUS_M,
+            Role::LowerJaw,
+        );
     }
     parts
 }

@@ -5,8 +5,8 @@
 
 use crate::math::{self, Pose, Quat, Vec3};
 
-/// Lower bound of the length of the shaft outside the body, m, by which the lever law divides. A
-/// hand nearer to the port would hold the trocar itself.
+/// Lower bound, in the lever law, of the length of the shaft outside the body, m. A hand nearer to
+/// the port would hold the trocar itself.
 const OUTSIDE_MIN_M: f32 = 0.02;
 /// The shaft and the port that it pivots about.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,7 +47,7 @@ impl Kinematics {
 
     /// Handle pose that brings the tip to `tip_m`, rolled so that its y is as close to `up` as the
     /// shaft allows. The inverse of [`Self::tip`] for tips within the shaft's reach. For a tip in
-    /// the port, which fits any direction, the shaft lies along −z.
+    /// the port, any direction would do; the shaft then lies along −z.
     #[must_use]
     pub fn handle_from_tip(&self, tip_m: &Vec3, up: &Vec3) -> Pose {
         let axis = math::unit(&(tip_m - self.port_m)).unwrap_or(Vec3::new(0.0, 0.0, -1.0));
@@ -70,7 +70,7 @@ impl Kinematics {
         let roll_nm = -axis.dot(&at_port.torque_nm); // about z
         let up = world_from_handle.rotation * Vec3::new(0.0, 1.0, 0.0);
         let [x, y, z] = shaft_frame(&axis, &up);
-        let tilt = tilt_of(&y, &z, &up);
+        let tilt = tilt_tangent(&y, &z, &up);
         let across_nm = axis.cross(&at_port.torque_nm) + x * (tilt * roll_nm);
         Wrench {
             force_n: along_n + across_nm / outside_m,
@@ -90,7 +90,12 @@ impl Kinematics {
     /// Displacement of the instrument's point at `at_m` when the handle moves by `way` without
     /// rolling the shaft: the transpose of [`Self::at_handle`].
     #[cfg(test)]
-    pub(crate) fn way_of(&self, world_from_handle: &Pose, at_m: &Vec3, way: &Vec3) -> Vec3 {
+    pub(crate) fn displacement_at(
+        &self,
+        world_from_handle: &Pose,
+        at_m: &Vec3,
+        way: &Vec3,
+    ) -> Vec3 {
         let axis = self.axis(world_from_handle);
         let turn = -axis.cross(way) / self.outside_m(world_from_handle);
         axis * axis.dot(way) + turn.cross(&(at_m - self.port_m))
@@ -149,13 +154,14 @@ impl core::ops::AddAssign for Wrench {
 /// Axes of the instrument: −z along the shaft (a unit vector), y as close to `up` as that allows.
 fn shaft_frame(axis: &Vec3, up: &Vec3) -> [Vec3; 3] {
     let z = -axis;
-    let y = math::unit(&(up - z * z.dot(up))).unwrap_or_else(|| math::across(&z));
+    let y = math::unit(&(up - z * z.dot(up))).unwrap_or_else(|| math::perpendicular(&z));
     [y.cross(&z), y, z]
 }
 
-/// Tilt of the unit vector `up` from y towards z, as a tangent; limited to 45°, because a handle
-/// whose y lies along the shaft could not roll it at all.
-fn tilt_of(y: &Vec3, z: &Vec3, up: &Vec3) -> f32 {
+/// Tangent of the tilt of the unit vector `up` from y towards z; limited to 45°, because a handle
+/// whose y lies along the shaft could not roll the shaft at all. Beyond 45° the hand feels too
+/// little roll torque.
+fn tilt_tangent(y: &Vec3, z: &Vec3, up: &Vec3) -> f32 {
     let (across, along) = (up.dot(y).max(f32::MIN_POSITIVE), up.dot(z));
     along.max(-across).min(across) / across
 }
@@ -247,7 +253,7 @@ mod tests {
         /// instrument. The motion is a finite difference of the kinematics in `f32`, hence the
         /// tolerance.
         #[test]
-        fn no_work_is_lost_on_the_way(
+        fn work_at_the_handle_equals_work_at_the_instrument(
             f in vector(3.0), step in vector(1.0), turn in vector(1.0), arm in vector(0.02),
             x in -0.1f32..0.1, y in -0.1f32..0.1, z in 0.2f32..0.35, tilt in vector(0.7),
         ) {
@@ -263,7 +269,7 @@ mod tests {
             };
             let up = at(0.0).rotation * Vec3::y();
             let [_, y, z] = shaft_frame(&LEVER.axis(&at(0.0)), &up);
-            prop_assume!(tilt_of(&y, &z, &up).abs() < 0.99); // beyond, roll is felt less: see `tilt_of`
+            prop_assume!(tilt_tangent(&y, &z, &up).abs() < 0.99); // see `tilt_tangent`
             let (before, middle, after) = (at(-0.5), at(0.0), at(0.5));
             let work_j = f.dot(&(point(&after) - point(&before)));
             let hand = felt(&middle, point(&middle), f);
@@ -272,14 +278,14 @@ mod tests {
                 "{felt_j} {work_j}");
             // Without roll the force alone does the work.
             let wrench = LEVER.wrench(&point(&middle), &f).without_roll(&LEVER.axis(&middle));
-            let way = LEVER.way_of(&middle, &point(&middle), &step);
+            let way = LEVER.displacement_at(&middle, &point(&middle), &step);
             let felt_j = LEVER.at_handle(&middle, &wrench).force_n.dot(&step);
             prop_assert!((felt_j - f.dot(&way)).abs() < 1.0e-6 + 1.0e-4 * f.norm() * step.norm());
         }
 
         /// The lever is invariant under rotation, translation and reflection of the room.
         #[test]
-        fn the_lever_knows_no_direction(
+        fn lever_is_invariant_under_rotation_translation_and_reflection(
             f in vector(3.0), arm in vector(0.05), way in vector(0.1), turn in vector(3.0),
         ) {
             let h = handle(0.03, 0.01, 0.28);

@@ -67,8 +67,8 @@ pub struct ToolState {
 }
 
 impl ToolState {
-    /// State before the first sample: handle and instrument lie in the port and have no capsules,
-    /// so nothing is touched.
+    /// State before the first sample: handle and instrument are in the port, without capsules, so
+    /// they touch nothing.
     pub(crate) fn new(port_m: Vec3, world_from_camera: Pose) -> Self {
         let at_port = Pose::from_parts(port_m.into(), Quat::identity());
         Self {

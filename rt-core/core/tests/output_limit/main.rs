@@ -22,7 +22,7 @@ const DEVICE: DeviceCapabilities = DeviceCapabilities {
     rate_hz: 1000.0,
 };
 
-const HALF: Demand = Demand {
+const HALF_NEWTON: Demand = Demand {
     opening_n: 0.0,
     force_n: Vec3::new(0.0, 0.0, 0.5),
     torque_nm: Vec3::new(0.0, 0.0, 0.0),
@@ -35,7 +35,7 @@ const HALF: Demand = Demand {
 };
 
 /// An enabled limit whose ramp takes one tick.
-fn open() -> OutputLimit {
+fn enabled_limit() -> OutputLimit {
     let mut limit = OutputLimit::new(&DEVICE, 0.0);
     limit.enable(true);
     limit
@@ -56,7 +56,7 @@ fn repeat(limit: &mut OutputLimit, demand: &Demand, ticks: u32) {
     }
 }
 
-fn only(fault: Fault) -> FaultSet {
+fn only_fault(fault: Fault) -> FaultSet {
     let mut set = FaultSet::NONE;
     set.raise(fault);
     set
@@ -69,9 +69,9 @@ fn near(a: f32, b: f32) -> bool {
 #[test]
 fn a_small_force_passes_unchanged() {
     let mut faults = FaultSet::NONE;
-    let force = open().apply(&HALF, &mut faults).force_n;
+    let force = enabled_limit().apply(&HALF_NEWTON, &mut faults).force_n;
     assert!(
-        norm(&(force - HALF.force_n)) < 1.0e-6 && faults.is_empty(),
+        norm(&(force - HALF_NEWTON.force_n)) < 1.0e-6 && faults.is_empty(),
         "{force} {faults:?}"
     );
 }
@@ -79,10 +79,13 @@ fn a_small_force_passes_unchanged() {
 #[test]
 fn closed_until_enabled_and_zero_at_once_when_cut() {
     let mut limit = OutputLimit::new(&DEVICE, 0.0);
-    assert_eq!(apply(&mut limit, &HALF), (0.0, only(Fault::NotEnabled)));
+    assert_eq!(
+        apply(&mut limit, &HALF_NEWTON),
+        (0.0, only_fault(Fault::NotEnabled))
+    );
     let nothing = Demand {
         force_n: Vec3::zeros(),
-        ..HALF
+        ..HALF_NEWTON
     };
     assert_eq!(
         apply(&mut limit, &nothing),
@@ -90,9 +93,9 @@ fn closed_until_enabled_and_zero_at_once_when_cut() {
         "nothing is held back"
     );
     limit.enable(true);
-    assert!(near(apply(&mut limit, &HALF).0, 0.5));
+    assert!(near(apply(&mut limit, &HALF_NEWTON).0, 0.5));
     limit.enable(false);
-    assert!(near(apply(&mut limit, &HALF).0, 0.0));
+    assert!(near(apply(&mut limit, &HALF_NEWTON).0, 0.0));
 }
 
 #[test]
@@ -100,28 +103,36 @@ fn force_rises_over_the_ramp_after_each_enable() {
     let mut limit = OutputLimit::new(&DEVICE, 2.0);
     for _ in 0..2 {
         limit.enable(true);
-        let rise: Vec<f32> = (0..2500).map(|_| apply(&mut limit, &HALF).0).collect();
+        let rise: Vec<f32> = (0..2500)
+            .map(|_| apply(&mut limit, &HALF_NEWTON).0)
+            .collect();
         assert!(near(rise[0], 0.5 / 2000.0) && near(rise[999], 0.25) && near(rise[2400], 0.5));
         assert!(rise.windows(2).all(|pair| pair[1] >= pair[0]));
     }
 }
 
 #[test]
-fn value_that_is_no_number_is_no_force() {
+fn nan_gives_zero_force() {
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-        let mut limit = open();
-        apply(&mut limit, &HALF);
+        let mut limit = enabled_limit();
+        apply(&mut limit, &HALF_NEWTON);
         let demand = Demand {
             force_n: Vec3::new(bad, 0.0, 0.0),
-            ..HALF
+            ..HALF_NEWTON
         };
-        assert_eq!(apply(&mut limit, &demand), (0.0, only(Fault::BadForce)));
+        assert_eq!(
+            apply(&mut limit, &demand),
+            (0.0, only_fault(Fault::BadForce))
+        );
     }
     let demand = Demand {
         stiffness_n_m: f32::NAN,
-        ..HALF
+        ..HALF_NEWTON
     };
-    assert_eq!(apply(&mut open(), &demand), (0.0, only(Fault::BadForce)));
+    assert_eq!(
+        apply(&mut enabled_limit(), &demand),
+        (0.0, only_fault(Fault::BadForce))
+    );
 }
 
 #[test]
@@ -142,7 +153,7 @@ fn a_loop_that_makes_energy_is_damped_and_free_space_never_is() {
             force_n: Vec3::new(0.0, 0.0, force_n),
             stiffness_n_m: 490.0,
             handle_m: Some(Vec3::new(0.0, 0.0, at(tick))),
-            ..HALF
+            ..HALF_NEWTON
         };
         let (felt, faults) = apply(&mut limit, &demand);
         damped += u32::from(faults.contains(Fault::Damped));
@@ -153,10 +164,10 @@ fn a_loop_that_makes_energy_is_damped_and_free_space_never_is() {
 
 #[test]
 fn too_strong_is_clamped_after_the_slew() {
-    let mut limit = open();
+    let mut limit = enabled_limit();
     let strong = Demand {
         force_n: Vec3::new(0.0, 9.0, 0.0),
-        ..HALF
+        ..HALF_NEWTON
     };
     for expected in [1.0, 2.0, 3.0, 3.0] {
         let (force, faults) = apply(&mut limit, &strong);
@@ -171,10 +182,10 @@ fn too_strong_is_clamped_after_the_slew() {
         &mut limit,
         &Demand {
             force_n: Vec3::zeros(),
-            ..HALF
+            ..HALF_NEWTON
         },
     );
-    assert!(near(force, 2.0) && faults == only(Fault::Slewed));
+    assert!(near(force, 2.0) && faults == only_fault(Fault::Slewed));
 }
 
 #[test]
@@ -194,7 +205,7 @@ fn the_force_on_the_fingers_passes_the_same_gates() {
     };
     let opens = Demand {
         opening_n: 9.0,
-        ..HALF
+        ..HALF_NEWTON
     };
     let mut limit = opened(&device);
     let mut faults = FaultSet::NONE;
@@ -219,7 +230,7 @@ fn the_force_on_the_fingers_passes_the_same_gates() {
         },
         Demand {
             opening_n: f32::NAN,
-            ..HALF
+            ..HALF_NEWTON
         },
     ] {
         let command = limit.apply(&cut, &mut faults);
@@ -249,42 +260,54 @@ fn the_force_on_the_fingers_passes_the_same_gates() {
 }
 
 #[test]
-fn the_gates_stand_in_their_order() {
+fn gates_act_in_order() {
     let strong = Demand {
         force_n: Vec3::new(0.0, 900.0, 0.0),
         stiffness_n_m: 1.0e4,
-        ..HALF
+        ..HALF_NEWTON
     };
     // A cut comes first: no other gate acts.
     let nan = Demand {
         force_n: Vec3::new(0.0, 900.0, f32::NAN),
         ..strong
     };
-    assert_eq!(apply(&mut open(), &nan), (0.0, only(Fault::BadForce)));
+    assert_eq!(
+        apply(&mut enabled_limit(), &nan),
+        (0.0, only_fault(Fault::BadForce))
+    );
     let lost = Demand {
         device: Status::Lost,
         ..strong
     };
-    assert_eq!(apply(&mut open(), &lost), (0.0, only(Fault::LostDevice)));
+    assert_eq!(
+        apply(&mut enabled_limit(), &lost),
+        (0.0, only_fault(Fault::LostDevice))
+    );
     let fast = Demand {
         speed_m_s: 2.0,
         ..strong
     };
-    assert_eq!(apply(&mut open(), &fast), (0.0, only(Fault::SpeedTrip)));
+    assert_eq!(
+        apply(&mut enabled_limit(), &fast),
+        (0.0, only_fault(Fault::SpeedTrip))
+    );
     let mut closed = OutputLimit::new(&DEVICE, 0.0);
-    assert_eq!(apply(&mut closed, &strong), (0.0, only(Fault::NotEnabled)));
+    assert_eq!(
+        apply(&mut closed, &strong),
+        (0.0, only_fault(Fault::NotEnabled))
+    );
 
     // Stiffness is scaled before the clamp: half of 5 N passes it.
     let stiff = Demand {
         force_n: Vec3::new(0.0, 5.0, 0.0),
-        stiffness_n_m: 2.0 * open().stiffness_max_n_m(),
-        ..HALF
+        stiffness_n_m: 2.0 * enabled_limit().stiffness_max_n_m(),
+        ..HALF_NEWTON
     };
-    let mut limit = open();
+    let mut limit = enabled_limit();
     repeat(&mut limit, &stiff, 5);
     let (force_n, faults) = apply(&mut limit, &stiff);
     assert!(near(force_n, 2.5), "{force_n}");
-    assert_eq!(faults, only(Fault::StiffnessCapped));
+    assert_eq!(faults, only_fault(Fault::StiffnessCapped));
 
     // The ramp also comes before the clamp: at its beginning the force is too weak to be clamped,
     // and the slew bounds the whole rise.
@@ -296,7 +319,7 @@ fn the_gates_stand_in_their_order() {
     };
     let (first_n, faults) = apply(&mut limit, &soft);
     assert!(near(first_n, 0.45), "{first_n}");
-    assert_eq!(faults, only(Fault::Ramped));
+    assert_eq!(faults, only_fault(Fault::Ramped));
     let mut last_n = first_n;
     for _ in 0..2000 {
         let (force_n, _) = apply(&mut limit, &soft);
@@ -307,16 +330,16 @@ fn the_gates_stand_in_their_order() {
 
 #[test]
 fn warm_motors_come_down_to_the_continuous_force_without_a_step() {
-    let mut limit = open();
+    let mut limit = enabled_limit();
     let strong = Demand {
         force_n: Vec3::new(0.0, 3.0, 0.0),
-        ..HALF
+        ..HALF_NEWTON
     };
     let forces: Vec<(f32, FaultSet)> = (0..120_000).map(|_| apply(&mut limit, &strong)).collect();
     assert!(near(forces[1000].0, 3.0), "a second at the peak is fine");
     let (last, faults) = forces[119_999];
     assert!(
-        (1.0..1.1).contains(&last) && faults == only(Fault::ThermalLimited),
+        (1.0..1.1).contains(&last) && faults == only_fault(Fault::ThermalLimited),
         "{last}"
     );
     let steps = forces[10..]
@@ -326,7 +349,7 @@ fn warm_motors_come_down_to_the_continuous_force_without_a_step() {
     // Without force they cool.
     let rest = Demand {
         force_n: Vec3::zeros(),
-        ..HALF
+        ..HALF_NEWTON
     };
     repeat(&mut limit, &rest, 120_000);
     repeat(&mut limit, &strong, 3);
@@ -337,10 +360,10 @@ fn warm_motors_come_down_to_the_continuous_force_without_a_step() {
 fn stale_fades_in_20_ms_lost_is_zero_at_once_and_both_ramp_up_again() {
     let mut limit = OutputLimit::new(&DEVICE, 0.1);
     limit.enable(true);
-    repeat(&mut limit, &HALF, 200);
+    repeat(&mut limit, &HALF_NEWTON, 200);
     let stale = Demand {
         device: Status::Stale,
-        ..HALF
+        ..HALF_NEWTON
     };
     let fall: Vec<_> = (0..21).map(|_| apply(&mut limit, &stale)).collect();
     assert!(fall[0].0 < 0.5 && near(fall[20].0, 0.0), "{fall:?}");
@@ -349,31 +372,34 @@ fn stale_fades_in_20_ms_lost_is_zero_at_once_and_both_ramp_up_again() {
             .all(|(_, faults)| faults.contains(Fault::StaleDevice))
     );
     assert!(
-        near(apply(&mut limit, &HALF).0, 0.005),
+        near(apply(&mut limit, &HALF_NEWTON).0, 0.005),
         "up again by the ramp"
     );
-    repeat(&mut limit, &HALF, 200);
+    repeat(&mut limit, &HALF_NEWTON, 200);
     let lost = Demand {
         device: Status::Lost,
-        ..HALF
+        ..HALF_NEWTON
     };
-    assert_eq!(apply(&mut limit, &lost), (0.0, only(Fault::LostDevice)));
-    assert!(near(apply(&mut limit, &HALF).0, 0.005));
-    repeat(&mut limit, &HALF, 200);
+    assert_eq!(
+        apply(&mut limit, &lost),
+        (0.0, only_fault(Fault::LostDevice))
+    );
+    assert!(near(apply(&mut limit, &HALF_NEWTON).0, 0.005));
+    repeat(&mut limit, &HALF_NEWTON, 200);
     let failing = Demand {
         device_fails: true,
-        ..HALF
+        ..HALF_NEWTON
     };
     assert!(near(apply(&mut limit, &failing).0, 0.0), "no ramp down");
-    assert!(near(apply(&mut limit, &HALF).0, 0.005));
+    assert!(near(apply(&mut limit, &HALF_NEWTON).0, 0.005));
 }
 
 #[test]
 fn a_device_whose_fault_is_known_is_not_called_late_too() {
-    let mut limit = open();
+    let mut limit = enabled_limit();
     let stale = Demand {
         device: Status::Stale,
-        ..HALF
+        ..HALF_NEWTON
     };
     for known in [
         Fault::SilentDevice,
@@ -382,12 +408,12 @@ fn a_device_whose_fault_is_known_is_not_called_late_too() {
         Fault::DeviceBundles,
         Fault::DeafDevice,
     ] {
-        let mut faults = only(known);
+        let mut faults = only_fault(known);
         limit.apply(&stale, &mut faults);
         assert!(!faults.contains(Fault::StaleDevice), "{known:?}");
     }
     for other in [Fault::DeviceLeap, Fault::LostPedal] {
-        let mut faults = only(other);
+        let mut faults = only_fault(other);
         limit.apply(&stale, &mut faults);
         assert!(faults.contains(Fault::StaleDevice), "{other:?}");
     }
@@ -395,38 +421,48 @@ fn a_device_whose_fault_is_known_is_not_called_late_too() {
 
 #[test]
 fn a_pause_fades_and_alarms_nobody() {
-    let mut limit = open();
-    apply(&mut limit, &HALF);
+    let mut limit = enabled_limit();
+    apply(&mut limit, &HALF_NEWTON);
     let paused = Demand {
         paused: true,
-        ..HALF
+        ..HALF_NEWTON
     };
     let last = (0..21).map(|_| apply(&mut limit, &paused)).last();
-    assert_eq!(last, Some((0.0, only(Fault::Ramped))));
+    assert_eq!(last, Some((0.0, only_fault(Fault::Ramped))));
     assert!(!Fault::Ramped.is_alarm() && !Fault::NotEnabled.is_alarm());
 }
 
 #[test]
 fn a_speed_trip_latches_until_a_person_enables() {
     for speed_m_s in [1.3, f32::NAN, f32::INFINITY] {
-        let mut limit = open();
+        let mut limit = enabled_limit();
         assert_eq!(
             apply(
                 &mut limit,
                 &Demand {
                     speed_m_s: 1.1,
-                    ..HALF
+                    ..HALF_NEWTON
                 }
             )
             .1,
             FaultSet::NONE
         );
-        let fast = Demand { speed_m_s, ..HALF };
-        assert_eq!(apply(&mut limit, &fast), (0.0, only(Fault::SpeedTrip)));
-        assert_eq!(apply(&mut limit, &HALF), (0.0, FaultSet::NONE), "latched");
+        let fast = Demand {
+            speed_m_s,
+            ..HALF_NEWTON
+        };
+        assert_eq!(
+            apply(&mut limit, &fast),
+            (0.0, only_fault(Fault::SpeedTrip))
+        );
+        assert_eq!(
+            apply(&mut limit, &HALF_NEWTON),
+            (0.0, FaultSet::NONE),
+            "latched"
+        );
         assert!(!limit.is_open());
         limit.enable(true);
-        assert!(near(apply(&mut limit, &HALF).0, 0.5));
+        assert!(near(apply(&mut limit, &HALF_NEWTON).0, 0.5));
     }
 }
 
@@ -445,7 +481,7 @@ fn a_device_that_states_no_sane_limits_gets_no_force() {
         ] {
             let mut limit = OutputLimit::new(&device, 0.0);
             limit.enable(true);
-            assert!(near(apply(&mut limit, &HALF).0, 0.0), "{device:?}");
+            assert!(near(apply(&mut limit, &HALF_NEWTON).0, 0.0), "{device:?}");
         }
     }
 }
@@ -464,7 +500,7 @@ fn torque_passes_the_same_gates() {
     };
     let with = |x: f32| Demand {
         torque_nm: Vec3::new(x, 0.0, 0.0),
-        ..HALF
+        ..HALF_NEWTON
     };
     assert_eq!(
         torque(&with(0.02)),
@@ -474,10 +510,10 @@ fn torque_passes_the_same_gates() {
     assert!(near(slewed.x, 0.05) && faults.contains(Fault::Slewed));
     assert!(near(torque(&with(9.0)).0.x, 0.08));
     let (clamped, faults) = torque(&with(9.0));
-    assert!(near(clamped.x, 0.1) && faults == only(Fault::Clamped));
+    assert!(near(clamped.x, 0.1) && faults == only_fault(Fault::Clamped));
     assert_eq!(
         torque(&with(f32::NAN)),
-        (Vec3::zeros(), only(Fault::BadForce))
+        (Vec3::zeros(), only_fault(Fault::BadForce))
     );
 }
 
@@ -522,7 +558,7 @@ fn a_peak_too_small_to_square_lets_nothing_through() {
     };
     let mut limit = OutputLimit::new(&device, 0.0);
     limit.enable(true);
-    let (force_n, _) = apply(&mut limit, &HALF);
+    let (force_n, _) = apply(&mut limit, &HALF_NEWTON);
     assert!(force_n <= 0.0, "{force_n:?}");
 }
 

@@ -1,4 +1,4 @@
-//! Rig: synthetic organs, and ports that a test fills, for tests, the bench and the examples. It
+//! Rig for tests, the bench and the examples: synthetic organs, and ports that the user fills. It
 //! uses no files and no randomness, so it is equal on every machine.
 
 #![allow(dead_code)] // every user takes what it needs
@@ -280,7 +280,7 @@ impl Anatomy {
     }
 }
 
-/// A room whose devices stand at the world's origin.
+/// A room in which the base frames of the devices are the world frame.
 pub(crate) fn room() -> Room {
     Room {
         gravity_m_s2: Vec3::new(0.0, 0.0, -9.81),
@@ -373,7 +373,7 @@ fn in_colours(links: &[(f32, u32, u32)], spheres: usize) -> Vec<(f32, u32, u32)>
 }
 
 /// A device sample with the instrument's tip at `tip_m`.
-pub(crate) fn at_tip(tip_m: &Vec3, buttons: Buttons, at_ns: u64) -> DeviceSample {
+pub(crate) fn sample_at_tip(tip_m: &Vec3, buttons: Buttons, at_ns: u64) -> DeviceSample {
     DeviceSample {
         opening: None,
         device_from_handle: LEVER.handle_from_tip(tip_m, &Vec3::new(0.0, 1.0, 0.0)),
@@ -459,7 +459,7 @@ impl Bench {
     /// Advances by one period with the tip at `tip_m`.
     pub(crate) fn next_at(&mut self, tip_m: &Vec3, buttons: Buttons) -> &mut Samples {
         let samples = self.next();
-        samples.device = Polled::Fresh(at_tip(tip_m, buttons, samples.now_ns));
+        samples.device = Polled::Fresh(sample_at_tip(tip_m, buttons, samples.now_ns));
         samples
     }
 }

@@ -24,7 +24,7 @@ fn thin_tube() -> Anatomy {
     tube
 }
 
-/// The bench after this instrument has gone to `at` and stayed there for `ticks` under this
+/// The bench after this instrument has moved to `at` and stayed there for `ticks` under this
 /// current. The current is off at the end.
 fn burnt(
     anatomy: &Anatomy,
@@ -33,13 +33,13 @@ fn burnt(
     (cut, coagulate): (bool, bool),
     ticks: u32,
 ) -> Bench {
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
     bench.next_at(&AWAY, NONE).command = Some(Command::Instrument(instrument));
     sim.tick(&mut bench);
-    go(&mut sim, &mut bench, &AWAY, at, 1000, NONE);
-    stay(&mut sim, &mut bench, at, 300, NONE);
+    move_tip(&mut sim, &mut bench, &AWAY, at, 1000, NONE);
+    hold_tip(&mut sim, &mut bench, at, 300, NONE);
     under_current(&mut sim, &mut bench, at, (cut, coagulate), ticks);
     bench
 }
@@ -69,7 +69,7 @@ fn reported(bench: &Bench, kind: EventKind) -> impl Iterator<Item = &Event> {
 }
 
 #[test]
-fn current_parts_a_tube_under_the_tip_and_tells_of_its_energy() {
+fn current_divides_a_tube_and_reports_its_energy() {
     let bench = burnt(&thin_tube(), Instrument::Hook, &ACROSS, CUT, 4000);
     assert!(count(&bench, EventKind::Cut) >= 1);
     for cut in reported(&bench, EventKind::Cut) {
@@ -116,7 +116,7 @@ fn no_current_no_hook_and_no_touch_burn_nothing() {
 }
 
 #[test]
-fn coagulation_parts_slowly_and_burns_as_much() {
+fn coagulation_divides_slowly_and_burns_as_much() {
     let tube = thin_tube();
     let first_cut = |current| {
         let bench = burnt(&tube, Instrument::Hook, &ACROSS, current, 4000);

@@ -27,20 +27,20 @@ fn anatomy() -> Anatomy {
     tube
 }
 
-/// Number of `Cut` events, and centres of the spheres, after this instrument went to `at`, closed
-/// and opened its jaws, and left.
+/// Number of `Cut` events, and centres of the spheres, after this instrument has moved to `at`,
+/// closed and opened its jaws, and moved away.
 fn cuts(instrument: Instrument, at: &Vec3) -> (usize, Vec<Vec3>) {
     let anatomy = anatomy();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
     bench.next_at(&AWAY, NONE).command = Some(Command::Instrument(instrument));
     sim.tick(&mut bench);
-    go(&mut sim, &mut bench, &AWAY, at, 500, NONE);
-    stay(&mut sim, &mut bench, at, 300, Buttons::GRASP);
-    stay(&mut sim, &mut bench, at, 300, NONE);
-    go(&mut sim, &mut bench, at, &AWAY, 500, NONE);
-    stay(&mut sim, &mut bench, &AWAY, 1000, NONE);
+    move_tip(&mut sim, &mut bench, &AWAY, at, 500, NONE);
+    hold_tip(&mut sim, &mut bench, at, 300, Buttons::GRASP);
+    hold_tip(&mut sim, &mut bench, at, 300, NONE);
+    move_tip(&mut sim, &mut bench, at, &AWAY, 500, NONE);
+    hold_tip(&mut sim, &mut bench, &AWAY, 1000, NONE);
     (count(&bench, EventKind::Cut), bench.centers_m.clone())
 }
 
@@ -64,14 +64,14 @@ fn scissors_cut_the_tube_and_the_suture_and_nothing_else_does() {
 #[test]
 fn closed_scissors_that_are_pushed_across_cut_nothing() {
     let anatomy = anatomy();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
     bench.next_at(&AWAY, NONE).command = Some(Command::Instrument(Instrument::Scissors));
     sim.tick(&mut bench);
-    stay(&mut sim, &mut bench, &AWAY, 300, Buttons::GRASP);
-    go(&mut sim, &mut bench, &AWAY, &ACROSS, 500, Buttons::GRASP);
-    stay(&mut sim, &mut bench, &ACROSS, 300, Buttons::GRASP);
+    hold_tip(&mut sim, &mut bench, &AWAY, 300, Buttons::GRASP);
+    move_tip(&mut sim, &mut bench, &AWAY, &ACROSS, 500, Buttons::GRASP);
+    hold_tip(&mut sim, &mut bench, &ACROSS, 300, Buttons::GRASP);
     assert_eq!(count(&bench, EventKind::Cut), 0);
 }
 

@@ -1,7 +1,7 @@
-//! Valid and invalid samples, and the force when a device falls silent.
+//! Valid and invalid samples, and the force when a device sends no more samples.
 
 use crate::rig::{Anatomy, Bench, TOUCH, pedal, tracker_at};
-use crate::{AWAY, NONE, OPEN, PRESSED, go, stay, store};
+use crate::{AWAY, FORCE_ENABLED, NONE, PRESSED, hold_tip, move_tip, new_state};
 use rt_core::fault::Fault;
 use rt_core::math::{Vec3, norm};
 use rt_core::port::{DeviceCapabilities, Findings, PedalSample, Polled};
@@ -11,12 +11,12 @@ use rt_core::words::{EventKind, Status};
 #[test]
 fn a_silent_device_loses_its_force_and_a_returning_one_gets_it_back() {
     let anatomy = Anatomy::liver();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
     assert_eq!(bench.status[0], Status::Absent);
-    go(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
-    stay(&mut sim, &mut bench, &PRESSED, 300, NONE);
+    move_tip(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
+    hold_tip(&mut sim, &mut bench, &PRESSED, 300, NONE);
     let full = norm(&bench.force_n);
     assert!(full > 0.1);
     for _ in 0..5 {
@@ -31,7 +31,7 @@ fn a_silent_device_loses_its_force_and_a_returning_one_gets_it_back() {
     assert_eq!(bench.status[0], Status::Stale);
     assert!(norm(&bench.force_n) < f32::EPSILON);
     assert_eq!(bench.counters.of(Fault::StaleDevice), 25);
-    stay(&mut sim, &mut bench, &PRESSED, 100, NONE);
+    hold_tip(&mut sim, &mut bench, &PRESSED, 100, NONE);
     assert!(norm(&bench.force_n) > 0.8 * full);
     bench.next().device = Polled::Lost;
     sim.tick(&mut bench);
@@ -55,26 +55,26 @@ fn a_silent_device_loses_its_force_and_a_returning_one_gets_it_back() {
 #[test]
 fn a_leap_of_the_handle_trips_until_a_person_enables() {
     let anatomy = Anatomy::liver();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
-    stay(&mut sim, &mut bench, &AWAY, 50, NONE);
-    stay(&mut sim, &mut bench, &PRESSED, 50, NONE); // 11 cm in a tick
+    hold_tip(&mut sim, &mut bench, &AWAY, 50, NONE);
+    hold_tip(&mut sim, &mut bench, &PRESSED, 50, NONE); // 11 cm in a tick
     assert_eq!(bench.counters.of(Fault::SpeedTrip), 1);
     assert!(bench.contact_count > 0 && norm(&bench.force_n) < f32::EPSILON);
     bench.next_at(&PRESSED, NONE).command = Some(Command::EnableForce(true));
     sim.tick(&mut bench);
-    stay(&mut sim, &mut bench, &PRESSED, 50, NONE);
+    hold_tip(&mut sim, &mut bench, &PRESSED, 50, NONE);
     assert!(norm(&bench.force_n) > 0.05);
 }
 
 #[test]
-fn samples_that_are_no_poses_are_not_taken() {
+fn invalid_poses_are_ignored() {
     let anatomy = Anatomy::liver();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
-    go(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
+    move_tip(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
     let good = bench.tip_m;
     for tip in [
         Vec3::repeat(f32::NAN),
@@ -98,8 +98,8 @@ fn samples_that_are_no_poses_are_not_taken() {
 #[test]
 fn pedal_and_camera() {
     let anatomy = Anatomy::liver();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
     let mut tick = |bench: &mut Bench, x: f32, cut: bool, lock: bool| {
         let samples = bench.next();
@@ -128,7 +128,7 @@ fn pedal_and_camera() {
     assert_eq!(bench.counters.of(Fault::LostPedal), 1);
     let announced = bench.events.iter().filter(|it| it.kind == EventKind::Fault);
     assert_eq!(announced.count(), 1, "a person hears of it");
-    // A line that is open and silent is a loss, too.
+    // A pedal on an open line that sends nothing also counts as lost.
     bench.next().pedal = Polled::Fresh(pedal(true, false, bench.samples.now_ns));
     sim.tick(&mut bench);
     for _ in 0..600 {
@@ -143,14 +143,14 @@ fn pedal_and_camera() {
 #[test]
 fn findings_of_a_driver_are_counted_and_announced_and_a_leap_starts_the_force_from_nothing() {
     let anatomy = Anatomy::liver();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
-    go(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
-    stay(&mut sim, &mut bench, &PRESSED, 200, NONE);
+    move_tip(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
+    hold_tip(&mut sim, &mut bench, &PRESSED, 200, NONE);
     let full = norm(&bench.force_n);
     bench.findings.faults.raise(Fault::FrozenDevice);
-    stay(&mut sim, &mut bench, &PRESSED, 3, NONE);
+    hold_tip(&mut sim, &mut bench, &PRESSED, 3, NONE);
     assert_eq!(bench.counters.of(Fault::FrozenDevice), 3);
     let announced = bench.events.iter().filter(|it| it.kind == EventKind::Fault);
     assert_eq!(announced.count(), 1, "once a second");
@@ -162,7 +162,7 @@ fn findings_of_a_driver_are_counted_and_announced_and_a_leap_starts_the_force_fr
         leapt: true,
         ..Findings::default()
     };
-    stay(&mut sim, &mut bench, &PRESSED, 1, NONE);
+    hold_tip(&mut sim, &mut bench, &PRESSED, 1, NONE);
     assert!(norm(&bench.force_n) < 0.2 * full, "{}", bench.force_n);
 }
 
@@ -170,11 +170,11 @@ fn findings_of_a_driver_are_counted_and_announced_and_a_leap_starts_the_force_fr
 fn a_slow_device_is_stale_after_three_of_its_periods() {
     for (rate_hz, live_ms) in [(1000.0, 5), (100.0, 30), (10.0, 100), (f32::NAN, 100)] {
         let anatomy = Anatomy::liver();
-        let mut state = store();
+        let mut state = new_state();
         let slow = DeviceCapabilities { rate_hz, ..TOUCH };
-        let mut sim = Sim::new(anatomy.scene(), &mut state, slow, OPEN);
+        let mut sim = Sim::new(anatomy.scene(), &mut state, slow, FORCE_ENABLED);
         let mut bench = Bench::new();
-        stay(&mut sim, &mut bench, &AWAY, 10, NONE);
+        hold_tip(&mut sim, &mut bench, &AWAY, 10, NONE);
         let mut lived_ms = 0;
         while lived_ms < 200 {
             bench.next();
@@ -191,11 +191,11 @@ fn a_slow_device_is_stale_after_three_of_its_periods() {
 #[test]
 fn a_standstill_starts_the_force_from_nothing() {
     let anatomy = Anatomy::liver();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
-    go(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
-    stay(&mut sim, &mut bench, &PRESSED, 200, NONE);
+    move_tip(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
+    hold_tip(&mut sim, &mut bench, &PRESSED, 200, NONE);
     let full = norm(&bench.force_n);
     let standstill = |bench: &mut Bench, ms: u64| {
         bench.samples.now_ns += ms * 1_000_000;
@@ -213,8 +213,8 @@ fn a_standstill_starts_the_force_from_nothing() {
 #[test]
 fn both_electrodes_at_once_are_an_alarm_and_none_works() {
     let anatomy = Anatomy::liver();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
     let mut reported = Vec::new();
     for (cut, coagulate) in [(true, false), (true, true), (true, true), (false, true)] {

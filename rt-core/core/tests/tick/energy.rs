@@ -1,5 +1,5 @@
-//! The loop of hand, instrument and tissue generates no energy, and behaves equally in any
-//! orientation.
+//! The loop of hand, instrument and tissue generates no energy, and does not depend on the
+//! orientation of the room.
 
 use super::tear::{BITTEN, pad};
 use super::*;
@@ -7,8 +7,8 @@ use crate::rig::LEVER;
 use proptest::prelude::*;
 use rt_core::math::Quat;
 
-/// Number of random cases of each test. 300 cases have been run once; in each, the hand gave
-/// energy.
+/// Number of random cases of each test. 300 cases have been run once; in each of them, the hand
+/// gave energy.
 const CASES: u32 = 12;
 
 /// A segment of the hand's path: target of the tip, and speed.
@@ -53,7 +53,7 @@ impl<'a, 's> Hand<'a, 's> {
         }
     }
 
-    fn go(&mut self, leg: &Leg, buttons: Buttons) {
+    fn follow(&mut self, leg: &Leg, buttons: Buttons) {
         let (from_m, travel_m) = (self.tip_m, leg.to_m - self.tip_m);
         let ticks = (norm(&travel_m) / (0.001 * leg.speed_m_s)).ceil().max(1.0) as usize;
         for tick in 1..=ticks {
@@ -93,36 +93,36 @@ fn to(to_m: Vec3) -> Leg {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(CASES))]
 
-    /// Presses and pushes with open jaws, from no contact to no contact. The hand gets no energy
-    /// that it has not given.
+    /// Presses and pushes with open jaws, from no contact to no contact. The hand gets no more
+    /// energy than it has given.
     #[test]
     fn a_round_through_tissue_costs_the_hand(legs in prop::collection::vec(leg(), 1..5)) {
         let anatomy = pad();
-        let mut state = store();
-        let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+        let mut state = new_state();
+        let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
         let mut hand = Hand::new(&mut sim);
         let above = to(BITTEN + Vec3::new(0.0, 0.0, 0.04));
         for leg in [above].iter().chain(&legs).chain(&[above, to(AWAY)]) {
-            hand.go(leg, NONE);
+            hand.follow(leg, NONE);
         }
         let (given_j, most_j) = (hand.given_j, hand.most_j);
         prop_assert!(given_j > -1.0e-5 - 0.01 * most_j, "{} J of {} J", given_j, most_j);
     }
 
-    /// Grasps and pulls, with slipping and tearing, back to the place of the bite. (The jaws' own
-    /// drive pays for closing and opening.)
+    /// Grasps and pulls, with slipping and tearing, back to the place of the grasp. (Closing and
+    /// opening are not counted, because the drive of the jaws supplies their energy.)
     #[test]
     fn a_round_with_tissue_in_the_jaws_costs_the_hand(legs in prop::collection::vec(leg(), 1..5)) {
         let anatomy = pad();
-        let mut state = store();
-        let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+        let mut state = new_state();
+        let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
         let mut hand = Hand::new(&mut sim);
-        hand.go(&to(BITTEN), NONE);
+        hand.follow(&to(BITTEN), NONE);
         hand.rest(600, Buttons::GRASP);
         prop_assert!(hand.bench.grasped_count > 0);
         (hand.given_j, hand.most_j) = (0.0, 0.0);
         for leg in legs.iter().chain(&[to(BITTEN)]) {
-            hand.go(leg, Buttons::GRASP);
+            hand.follow(leg, Buttons::GRASP);
         }
         let (given_j, most_j) = (hand.given_j, hand.most_j);
         prop_assert!(given_j > -1.0e-5 - 0.01 * most_j, "{} J of {} J", given_j, most_j);
@@ -130,17 +130,17 @@ proptest! {
 
     /// The rotated tissue, with room and devices rotated as well, gives the rotated force.
     #[test]
-    fn the_whole_knows_no_direction(axis in (-1.0f32..1.0, -1.0f32..1.0, -1.0f32..1.0)) {
+    fn force_is_invariant_under_rotation(axis in (-1.0f32..1.0, -1.0f32..1.0, -1.0f32..1.0)) {
         let turn = Quat::from_scaled_axis(Vec3::new(axis.0, axis.1, axis.2) * 3.0);
-        let felt = |anatomy: &Anatomy| {
-            let mut state = store();
-            let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+        let sent_forces = |anatomy: &Anatomy| {
+            let mut state = new_state();
+            let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
             let mut bench = Bench::new();
             let mut sent = Vec::new();
             let pulled = BITTEN + Vec3::new(0.004, 0.002, 0.008);
-            let way = [(AWAY, BITTEN, NONE), (BITTEN, BITTEN, Buttons::GRASP),
+            let path = [(AWAY, BITTEN, NONE), (BITTEN, BITTEN, Buttons::GRASP),
                 (BITTEN, pulled, Buttons::GRASP)];
-            for (from, to, buttons) in way {
+            for (from, to, buttons) in path {
                 for t in 0..300 {
                     bench.next_at(&(from + (to - from) * (t as f32 / 300.0)), buttons);
                     sim.tick(&mut bench);
@@ -149,11 +149,11 @@ proptest! {
             }
             sent
         };
-        let (here, there) = (felt(&pad()), felt(&pad().turned(turn)));
-        let most_n = here.iter().map(norm).fold(0.0, f32::max);
-        let off_n = here.iter().zip(&there).map(|(a, b)| norm(&(a - b))).fold(0.0, f32::max);
-        prop_assert!(most_n > 0.1, "{}", most_n);
+        let (here, there) = (sent_forces(&pad()), sent_forces(&pad().turned(turn)));
+        let force_max_n = here.iter().map(norm).fold(0.0, f32::max);
+        let difference_n = here.iter().zip(&there).map(|(a, b)| norm(&(a - b))).fold(0.0, f32::max);
+        prop_assert!(force_max_n > 0.1, "{}", force_max_n);
         // Spheres may begin to touch one tick earlier or later.
-        prop_assert!(off_n < 0.03 * most_n, "{} of {} N", off_n, most_n);
+        prop_assert!(difference_n < 0.03 * force_max_n, "{} of {} N", difference_n, force_max_n);
     }
 }

@@ -1,4 +1,5 @@
-//! Grasp as the hand feels it: no knock, a pull as stiff as the tissue, and a limit.
+//! Force of a grasp on the hand: it has no steps, is as stiff as the tissue, and is limited by
+//! friction.
 
 use super::*;
 use rt_core::fault::Fault;
@@ -8,7 +9,7 @@ use rt_core::port::DeviceCapabilities;
 const BITTEN: Vec3 = Vec3::new(0.0, 0.0, 0.0425);
 
 /// A Touch that renders at most this stiffness, N/m.
-fn bearing(stiffness_n_m: f32) -> DeviceCapabilities {
+fn with_stiffness_max(stiffness_n_m: f32) -> DeviceCapabilities {
     DeviceCapabilities {
         stiffness_max_n_m: stiffness_n_m,
         ..TOUCH
@@ -16,7 +17,7 @@ fn bearing(stiffness_n_m: f32) -> DeviceCapabilities {
 }
 
 /// Force along the shaft, tick by tick, while the tip moves from `from` to `to`.
-pub(super) fn felt(
+pub(super) fn move_and_record(
     sim: &mut Sim<'_>,
     bench: &mut Bench,
     (from, to): (&Vec3, &Vec3),
@@ -42,24 +43,24 @@ pub(super) fn count(bench: &Bench, kind: EventKind) -> usize {
     bench.events.iter().filter(same).count()
 }
 
-fn up(by_m: f32) -> Vec3 {
+fn above(by_m: f32) -> Vec3 {
     BITTEN + Vec3::new(0.0, 0.0, by_m)
 }
 
-/// Moves the open jaws to the liver slowly, and waits for rest.
-fn bring(sim: &mut Sim<'_>, bench: &mut Bench) {
-    go(sim, bench, &AWAY, &BITTEN, 500, NONE);
-    stay(sim, bench, &BITTEN, 500, NONE);
+/// Moves the open jaws to the liver slowly, and waits until the liver rests.
+fn approach(sim: &mut Sim<'_>, bench: &mut Bench) {
+    move_tip(sim, bench, &AWAY, &BITTEN, 500, NONE);
+    hold_tip(sim, bench, &BITTEN, 500, NONE);
 }
 
 #[test]
 fn a_grasp_begins_and_carries_on_without_a_knock() {
     let anatomy = Anatomy::liver();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
-    bring(&mut sim, &mut bench);
-    let closing = felt(
+    approach(&mut sim, &mut bench);
+    let closing = move_and_record(
         &mut sim,
         &mut bench,
         (&BITTEN, &BITTEN),
@@ -67,16 +68,16 @@ fn a_grasp_begins_and_carries_on_without_a_knock() {
         Buttons::GRASP,
     );
     assert!(bench.grasped_count > 0);
-    // The jaws bite after 98 ticks; before that, they move against the tissue.
+    // The jaws grasp after 98 ticks; before that, they move against the tissue.
     let step = largest_step(&closing[90..]);
-    // Jaws that go on closing push the tissue at 50 mm/s. These spheres have no skin, so their
-    // contact stiffens as the contact of tubes does.
+    // While the jaws continue to close, they push the tissue at 50 mm/s. These spheres have no
+    // skin, so their contact stiffens as the contact of tubes does.
     assert!(step < 0.012, "closing: {step} N in a tick");
     // 10 mm in 2 s.
-    let lifting = felt(
+    let lifting = move_and_record(
         &mut sim,
         &mut bench,
-        (&BITTEN, &up(0.01)),
+        (&BITTEN, &above(0.01)),
         2000,
         Buttons::GRASP,
     );
@@ -87,33 +88,33 @@ fn a_grasp_begins_and_carries_on_without_a_knock() {
 }
 
 #[test]
-fn the_stiffness_of_a_pull_is_the_tissues_and_not_the_grips() {
+fn pull_stiffness_is_that_of_the_tissue() {
     let pulled = |device| {
         let anatomy = Anatomy::liver();
-        let mut state = store();
-        let mut sim = Sim::new(anatomy.scene(), &mut state, device, OPEN);
+        let mut state = new_state();
+        let mut sim = Sim::new(anatomy.scene(), &mut state, device, FORCE_ENABLED);
         let mut bench = Bench::new();
-        bring(&mut sim, &mut bench);
-        stay(&mut sim, &mut bench, &BITTEN, 400, Buttons::GRASP);
+        approach(&mut sim, &mut bench);
+        hold_tip(&mut sim, &mut bench, &BITTEN, 400, Buttons::GRASP);
         let held = bench.force_n.z;
         let capped = bench.counters.of(Fault::StiffnessCapped);
-        felt(
+        move_and_record(
             &mut sim,
             &mut bench,
-            (&BITTEN, &up(0.004)),
+            (&BITTEN, &above(0.004)),
             1000,
             Buttons::GRASP,
         );
-        stay(&mut sim, &mut bench, &up(0.004), 1000, Buttons::GRASP);
+        hold_tip(&mut sim, &mut bench, &above(0.004), 1000, Buttons::GRASP);
         let capped = bench.counters.of(Fault::StiffnessCapped) - capped;
         ((held - bench.force_n.z) / 0.004, capped)
     };
     let (free_n_m, capped) = pulled(TOUCH);
     assert!(capped == 0 && free_n_m > 20.0, "{free_n_m} N/m");
     // The simulation's estimate lies between the true stiffness and three times the true stiffness.
-    let (_, capped) = pulled(bearing(3.0 * free_n_m));
+    let (_, capped) = pulled(with_stiffness_max(3.0 * free_n_m));
     assert_eq!(capped, 0, "taken for stiffer than {} N/m", 3.0 * free_n_m);
-    let (_, capped) = pulled(bearing(0.95 * free_n_m));
+    let (_, capped) = pulled(with_stiffness_max(0.95 * free_n_m));
     assert!(capped > 0, "taken for softer than {free_n_m} N/m");
 }
 
@@ -121,21 +122,26 @@ fn the_stiffness_of_a_pull_is_the_tissues_and_not_the_grips() {
 fn too_strong_a_pull_slips_out_without_a_knock() {
     let mut anatomy = Anatomy::liver();
     anatomy.organs[0].material.friction = 0.03;
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
-    bring(&mut sim, &mut bench);
-    stay(&mut sim, &mut bench, &BITTEN, 400, Buttons::GRASP);
-    let pulling = felt(
+    approach(&mut sim, &mut bench);
+    hold_tip(&mut sim, &mut bench, &BITTEN, 400, Buttons::GRASP);
+    let pulling = move_and_record(
         &mut sim,
         &mut bench,
-        (&BITTEN, &up(0.06)),
+        (&BITTEN, &above(0.06)),
         6000,
         Buttons::GRASP,
     );
-    let most = pulling.iter().fold(0.0f32, |most, f| most.max(-f));
+    let force_max_n = pulling
+        .iter()
+        .fold(0.0f32, |force_max_n, f| force_max_n.max(-f));
     // Friction of 2 · 4 · 0.03 of 4 N of grip, plus the contact with the jaws.
-    assert!((most - 0.96).abs() < 0.03, "slips at {most} N");
+    assert!(
+        (force_max_n - 0.96).abs() < 0.03,
+        "slips at {force_max_n} N"
+    );
     let step = largest_step(&pulling);
     assert!(step < 0.005, "{step} N in a tick");
     assert!(count(&bench, EventKind::Slip) > 1);
@@ -150,30 +156,32 @@ fn too_strong_a_pull_slips_out_without_a_knock() {
 fn without_friction_nothing_is_held() {
     let mut anatomy = Anatomy::liver();
     anatomy.organs[0].material.friction = 0.0;
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
-    bring(&mut sim, &mut bench);
-    stay(&mut sim, &mut bench, &BITTEN, 800, Buttons::GRASP);
-    let pulling = felt(
+    approach(&mut sim, &mut bench);
+    hold_tip(&mut sim, &mut bench, &BITTEN, 800, Buttons::GRASP);
+    let pulling = move_and_record(
         &mut sim,
         &mut bench,
-        (&BITTEN, &up(0.01)),
+        (&BITTEN, &above(0.01)),
         1000,
         Buttons::GRASP,
     );
-    let most = pulling.iter().fold(0.0f32, |most, f| most.max(-f));
-    assert!(most < 0.01, "{most} N");
+    let force_max_n = pulling
+        .iter()
+        .fold(0.0f32, |force_max_n, f| force_max_n.max(-f));
+    assert!(force_max_n < 0.01, "{force_max_n} N");
 }
 
 #[test]
-fn jaws_stay_open_by_what_they_hold_and_close_on_nothing() {
+fn grasped_tissue_keeps_the_jaws_open() {
     let jaw = |anatomy: &Anatomy| {
-        let mut state = store();
-        let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+        let mut state = new_state();
+        let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
         let mut bench = Bench::new();
-        bring(&mut sim, &mut bench);
-        stay(&mut sim, &mut bench, &BITTEN, 400, Buttons::GRASP);
+        approach(&mut sim, &mut bench);
+        hold_tip(&mut sim, &mut bench, &BITTEN, 400, Buttons::GRASP);
         bench.jaw
     };
     let soft = Anatomy::liver();
@@ -191,17 +199,17 @@ fn jaws_stay_open_by_what_they_hold_and_close_on_nothing() {
 #[test]
 fn jaws_crush_a_thin_duct_once_a_grip_and_broad_liver_never() {
     let crushes = |anatomy: &Anatomy, at: &Vec3| {
-        let mut state = store();
-        let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+        let mut state = new_state();
+        let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
         let mut bench = Bench::new();
-        go(&mut sim, &mut bench, &AWAY, at, 800, NONE);
-        stay(&mut sim, &mut bench, at, 800, Buttons::GRASP);
+        move_tip(&mut sim, &mut bench, &AWAY, at, 800, NONE);
+        hold_tip(&mut sim, &mut bench, at, 800, Buttons::GRASP);
         assert!(bench.grasped_count > 0);
-        stay(&mut sim, &mut bench, at, 800, NONE);
+        hold_tip(&mut sim, &mut bench, at, 800, NONE);
         let forces = bench.events.iter().filter(|it| it.kind == EventKind::Crush);
         forces.map(|it| it.value).collect::<Vec<f32>>()
     };
-    let duct = crushes(&super::vessel::artery(), &super::vessel::over(0.0));
+    let duct = crushes(&super::vessel::artery(), &super::vessel::tip_past(0.0));
     assert!(
         duct.len() == 1 && (1.0..=4.0).contains(&duct[0]),
         "{duct:?}"

@@ -1,4 +1,4 @@
-//! The tick as the process sees it, through its ports.
+//! Tests of the tick through its ports, as the process uses it.
 
 mod cautery;
 mod clip;
@@ -32,17 +32,24 @@ const AWAY: Vec3 = Vec3::new(0.0, 0.0, 0.15);
 /// A place 8 mm below the liver's top.
 const PRESSED: Vec3 = Vec3::new(0.0, 0.0, 0.04);
 
-const OPEN: Parameters = Parameters {
+const FORCE_ENABLED: Parameters = Parameters {
     force_ramp_s: 0.01,
     force_enabled: true,
 };
 
-fn store() -> Box<State> {
+fn new_state() -> Box<State> {
     Box::new(State::new())
 }
 
-/// Moves the tip along a straight line, one step a tick.
-fn go(sim: &mut Sim<'_>, bench: &mut Bench, from: &Vec3, to: &Vec3, ticks: u32, buttons: Buttons) {
+/// Moves the tip along a straight line, in equal steps, one a tick.
+fn move_tip(
+    sim: &mut Sim<'_>,
+    bench: &mut Bench,
+    from: &Vec3,
+    to: &Vec3,
+    ticks: u32,
+    buttons: Buttons,
+) {
     for step in 1..=ticks {
         bench.next_at(
             &(from + (to - from) * (step as f32 / ticks as f32)),
@@ -52,8 +59,8 @@ fn go(sim: &mut Sim<'_>, bench: &mut Bench, from: &Vec3, to: &Vec3, ticks: u32, 
     }
 }
 
-fn stay(sim: &mut Sim<'_>, bench: &mut Bench, tip: &Vec3, ticks: u32, buttons: Buttons) {
-    go(sim, bench, tip, tip, ticks, buttons);
+fn hold_tip(sim: &mut Sim<'_>, bench: &mut Bench, tip: &Vec3, ticks: u32, buttons: Buttons) {
+    move_tip(sim, bench, tip, tip, ticks, buttons);
 }
 
 fn kinds(events: &[Event]) -> Vec<EventKind> {
@@ -69,7 +76,7 @@ fn moved_m(bench: &Bench, anatomy: &Anatomy) -> f32 {
 }
 
 /// Spheres without links, each an organ of its own.
-fn loose(spheres: &[RestSphere], material: Material) -> Anatomy {
+fn loose_spheres(spheres: &[RestSphere], material: Material) -> Anatomy {
     let organ = |i: usize| organ([i as u32, 1], [0, 0], material);
     Anatomy {
         organs: (0..spheres.len()).map(organ).collect(),
@@ -90,10 +97,10 @@ fn sphere(x: f32, z: f32) -> RestSphere {
 #[test]
 fn stages_come_in_order_and_force_leaves_once() {
     let anatomy = Anatomy::liver();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
-    stay(&mut sim, &mut bench, &AWAY, 3, NONE);
+    hold_tip(&mut sim, &mut bench, &AWAY, 3, NONE);
     assert_eq!(bench.stages, Stage::ALL);
     assert_eq!(bench.sent.len(), 1);
     assert!(bench.bits.iter().all(|bits| *bits == SphereBits::AWAKE));
@@ -103,14 +110,14 @@ fn stages_come_in_order_and_force_leaves_once() {
 #[test]
 fn pause_freezes_and_reset_restores() {
     let anatomy = Anatomy::liver();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
-    go(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
+    move_tip(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
     bench.next_at(&PRESSED, NONE).command = Some(Command::Pause(true));
     sim.tick(&mut bench);
     let frozen = bench.centers_m.clone();
-    stay(&mut sim, &mut bench, &PRESSED, 50, Buttons::GRASP);
+    hold_tip(&mut sim, &mut bench, &PRESSED, 50, Buttons::GRASP);
     assert_eq!(bench.centers_m, frozen);
     assert!(norm(&bench.force_n) < f32::EPSILON);
     assert!(

@@ -1,7 +1,9 @@
 //! Motion of tissue without tools: it falls, rests, sleeps and wakes.
 
 use crate::rig::{Anatomy, Bench, SOFT, TOUCH, organ};
-use crate::{AWAY, NONE, OPEN, PRESSED, go, loose, sphere, stay, store};
+use crate::{
+    AWAY, FORCE_ENABLED, NONE, PRESSED, hold_tip, loose_spheres, move_tip, new_state, sphere,
+};
 use rt_core::math::{Vec3, norm};
 use rt_core::scene::{Material, RestSphere};
 use rt_core::sim::Sim;
@@ -15,9 +17,9 @@ fn a_loose_sphere_falls_as_it_should_and_a_held_one_does_not() {
         damping_per_s: 0.0,
         ..SOFT
     };
-    let anatomy = loose(&[sphere(0.0, 0.0), still], material);
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let anatomy = loose_spheres(&[sphere(0.0, 0.0), still], material);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
     for _ in 0..100 {
         bench.next();
@@ -36,15 +38,15 @@ fn a_loose_sphere_falls_as_it_should_and_a_held_one_does_not() {
 #[test]
 fn damping_is_a_share_of_speed_per_second() {
     // Falls at the terminal speed, at which damping balances gravity: v = g / c.
-    let anatomy = loose(
+    let anatomy = loose_spheres(
         &[sphere(0.0, 0.0)],
         Material {
             damping_per_s: 20.0,
             ..SOFT
         },
     );
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
     let mut z = [0.0; 2];
     for _ in 0..1000 {
@@ -75,8 +77,8 @@ fn organs_lie_on_each_other() {
         spheres,
         ..Anatomy::default()
     };
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
     for _ in 0..2000 {
         bench.next();
@@ -92,8 +94,8 @@ fn a_resting_organ_sleeps() {
     for sphere in &mut anatomy.spheres {
         sphere.center_m += Vec3::new(0.6, 0.6, -0.6);
     }
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
     for _ in 0..6000 {
         bench.next();
@@ -108,13 +110,13 @@ fn a_resting_organ_sleeps() {
 fn waking_is_neither_missed_nor_felt() {
     let anatomy = Anatomy::liver();
     let force_steps_n = |asleep: bool| {
-        let mut state = store();
-        let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+        let mut state = new_state();
+        let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
         let mut bench = Bench::new();
-        // Pressed once, so that some displacement remains when it sleeps.
-        go(&mut sim, &mut bench, &AWAY, &PRESSED, 400, NONE);
-        go(&mut sim, &mut bench, &PRESSED, &AWAY, 400, NONE);
-        stay(
+        // The liver is pressed once, so that some displacement remains when it sleeps.
+        move_tip(&mut sim, &mut bench, &AWAY, &PRESSED, 400, NONE);
+        move_tip(&mut sim, &mut bench, &PRESSED, &AWAY, 400, NONE);
+        hold_tip(
             &mut sim,
             &mut bench,
             &AWAY,
@@ -124,7 +126,7 @@ fn waking_is_neither_missed_nor_felt() {
         let awake = |bits: &SphereBits| bits.contains(SphereBits::AWAKE);
         assert_eq!(bench.bits.iter().any(awake), !asleep);
         let near = Vec3::new(0.0, 0.0, 0.056);
-        go(&mut sim, &mut bench, &AWAY, &near, 200, NONE);
+        move_tip(&mut sim, &mut bench, &AWAY, &near, 200, NONE);
         let mut steps_n = Vec::new();
         let mut last_n = bench.force_n;
         for tick in 0..3000 {
@@ -141,14 +143,14 @@ fn waking_is_neither_missed_nor_felt() {
         steps_n
     };
     let steps_n = force_steps_n(true);
-    let most_n = steps_n.iter().copied().fold(0.0, f32::max);
-    assert!(most_n < 0.005, "{most_n} N in a tick");
+    let step_max_n = steps_n.iter().copied().fold(0.0, f32::max);
+    assert!(step_max_n < 0.005, "{step_max_n} N in a tick");
     // The approaching tool wakes the organ before there is a force.
     let first = |steps: &[f32]| steps.iter().position(|step| *step > 0.0);
     let (slept, was_awake) = (first(&steps_n), first(&force_steps_n(false)));
-    let apart = slept.zip(was_awake).map(|(a, b)| a.abs_diff(b));
+    let difference_ticks = slept.zip(was_awake).map(|(a, b)| a.abs_diff(b));
     assert!(
-        apart.is_some_and(|ticks| ticks < 60),
+        difference_ticks.is_some_and(|ticks| ticks < 60),
         "{slept:?} {was_awake:?}"
     );
 }

@@ -1,11 +1,11 @@
 //! Proxy pose: equal to the device pose while the device can push as hard as the tissue.
 
-use super::grip::felt;
+use super::grip::move_and_record;
 use super::*;
 use rt_core::port::DeviceCapabilities;
 
 /// A device with the peak force `force_max_n`.
-fn pushing(force_max_n: f32) -> DeviceCapabilities {
+fn with_force_max(force_max_n: f32) -> DeviceCapabilities {
     DeviceCapabilities {
         force_max_n,
         ..TOUCH
@@ -39,30 +39,40 @@ const DEEP: Vec3 = Vec3::new(0.0, 0.0, 0.0405);
 
 /// Displacement of the proxy's tip from the device's, tick by tick, while the hand moves from one
 /// place to another.
-fn behind(sim: &mut Sim<'_>, bench: &mut Bench, ends: (&Vec3, &Vec3), ticks: usize) -> Vec<Vec3> {
+fn proxy_displacements(
+    sim: &mut Sim<'_>,
+    bench: &mut Bench,
+    ends: (&Vec3, &Vec3),
+    ticks: usize,
+) -> Vec<Vec3> {
     let (from, to) = ends;
     let tick = |t: usize| {
         let tip_m = from + (to - from) * (t as f32 / ticks as f32);
-        felt(sim, bench, (&tip_m, &tip_m), 1, NONE);
+        move_and_record(sim, bench, (&tip_m, &tip_m), 1, NONE);
         bench.tip_m - tip_m
     };
     (1..=ticks).map(tick).collect()
 }
 
 #[test]
-fn instrument_stays_behind_where_the_device_is_too_weak_and_comes_back() {
+fn proxy_lags_while_the_device_is_too_weak_and_returns() {
     let anatomy = ball();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, pushing(0.55), OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(
+        anatomy.scene(),
+        &mut state,
+        with_force_max(0.55),
+        FORCE_ENABLED,
+    );
     let mut bench = Bench::new();
     let rounding_m = 1.0e-6;
-    let light = behind(&mut sim, &mut bench, (&ABOVE, &LIGHT), 1000);
+    let light = proxy_displacements(&mut sim, &mut bench, (&ABOVE, &LIGHT), 1000);
     assert!(bench.force_n.z > 0.05 && light.iter().all(|m| norm(m) < rounding_m));
-    let pressing = behind(&mut sim, &mut bench, (&LIGHT, &DEEP), 1000);
+    let pressing = proxy_displacements(&mut sim, &mut bench, (&LIGHT, &DEEP), 1000);
     let (held_back_m, force_n) = (pressing[999].z, bench.force_n.z);
     assert!((force_n - 0.55).abs() < 0.01, "{force_n} N");
     assert!(held_back_m > 0.001, "{held_back_m} m");
-    let leaving = behind(&mut sim, &mut bench, (&DEEP, &ABOVE), 1000);
+    let leaving = proxy_displacements(&mut sim, &mut bench, (&DEEP, &ABOVE), 1000);
     assert!(norm(&leaving[999]) < rounding_m);
     let all: Vec<Vec3> = light.into_iter().chain(pressing).chain(leaving).collect();
     let steps = all.windows(2).map(|pair| norm(&(pair[1] - pair[0])));
@@ -71,11 +81,16 @@ fn instrument_stays_behind_where_the_device_is_too_weak_and_comes_back() {
 }
 
 #[test]
-fn instrument_without_force_goes_where_the_hand_goes() {
+fn proxy_of_a_device_without_force_follows_the_hand() {
     let anatomy = ball();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, pushing(0.0), OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(
+        anatomy.scene(),
+        &mut state,
+        with_force_max(0.0),
+        FORCE_ENABLED,
+    );
     let mut bench = Bench::new();
-    let pressing = behind(&mut sim, &mut bench, (&ABOVE, &DEEP), 1000);
+    let pressing = proxy_displacements(&mut sim, &mut bench, (&ABOVE, &DEEP), 1000);
     assert!(pressing.iter().all(|m| norm(m) < 1.0e-6));
 }

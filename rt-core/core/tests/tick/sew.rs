@@ -1,4 +1,4 @@
-//! The trainee hangs an organ on a suture, from the place that the tip touched, in the direction in
+//! The trainee hangs an organ on a suture: from the place that the tip touched, in the direction in
 //! which the tip was carried.
 
 use super::grip::count;
@@ -20,9 +20,9 @@ const TOUCHES: Vec3 = Vec3::new(0.02, 0.0, 0.043);
 fn hung_liver() -> Anatomy {
     let mut liver = Anatomy::liver();
     let top = |x: f32| {
-        let far = |it: &RestSphere| norm(&(it.center_m - Vec3::new(x, 0.0, 0.04)));
+        let distance = |it: &RestSphere| norm(&(it.center_m - Vec3::new(x, 0.0, 0.04)));
         let spheres = liver.spheres.iter().enumerate();
-        let nearest = spheres.min_by(|a, b| far(a.1).total_cmp(&far(b.1)));
+        let nearest = spheres.min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)));
         nearest.expect("spheres").0
     };
     let ties = [(-0.03, 0.008), (-0.01, 0.004)].map(|(x, drawn_m)| {
@@ -43,7 +43,7 @@ fn hung_liver() -> Anatomy {
 }
 
 /// Presses and releases the pedal with the tip at this place.
-fn step(sim: &mut Sim<'_>, bench: &mut Bench, at: &Vec3) {
+fn press_pedal(sim: &mut Sim<'_>, bench: &mut Bench, at: &Vec3) {
     for tick in 0..200 {
         let samples = bench.next_at(at, NONE);
         samples.pedal = Polled::Fresh(PedalSample {
@@ -66,17 +66,17 @@ fn command(sim: &mut Sim<'_>, bench: &mut Bench, command: Command) {
 }
 
 #[test]
-fn a_scene_hangs_by_itself_and_the_trainee_is_given_it_down() {
+fn scene_starts_hung_and_task_hang_takes_the_sutures_down() {
     let anatomy = hung_liver();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
-    stay(&mut sim, &mut bench, &AWAY, 3000, NONE);
+    hold_tip(&mut sim, &mut bench, &AWAY, 3000, NONE);
     assert_eq!(placed(&bench), [Placed::Hung; 2]);
     assert!(moved_m(&bench, &anatomy) > 0.003, "drawn up");
     command(&mut sim, &mut bench, Command::Start(Task::Hang));
     assert_eq!(placed(&bench), [Placed::Away; 2]);
-    stay(&mut sim, &mut bench, &AWAY, 3000, NONE);
+    hold_tip(&mut sim, &mut bench, &AWAY, 3000, NONE);
     assert!(
         moved_m(&bench, &anatomy) < 1.0e-4,
         "no suture holds the liver"
@@ -86,32 +86,32 @@ fn a_scene_hangs_by_itself_and_the_trainee_is_given_it_down() {
 }
 
 #[test]
-fn pedal_and_grasper_hang_it_where_the_hand_shows_and_draw_it_in() {
+fn pedal_presses_stitch_and_hang_a_suture_that_is_drawn_in() {
     let anatomy = hung_liver();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
     command(&mut sim, &mut bench, Command::Start(Task::Hang));
     // In the air there is no tissue to pierce.
-    step(&mut sim, &mut bench, &AWAY);
+    press_pedal(&mut sim, &mut bench, &AWAY);
     assert_eq!(placed(&bench), [Placed::Away; 2]);
-    go(&mut sim, &mut bench, &ADJACENT, &TOUCHES, 500, NONE);
-    step(&mut sim, &mut bench, &TOUCHES);
+    move_tip(&mut sim, &mut bench, &ADJACENT, &TOUCHES, 500, NONE);
+    press_pedal(&mut sim, &mut bench, &TOUCHES);
     assert_eq!(placed(&bench), [Placed::AtHand, Placed::Away]);
     let through = bench.sutures[0].0.sphere;
-    let off_m = norm(&(bench.centers_m[through as usize] - TOUCHES));
-    assert!(off_m < 0.02, "{off_m}");
-    // A tip that has not moved shows no direction; a tip that moves along the liver shows none that
-    // leads to the wall.
-    step(&mut sim, &mut bench, &TOUCHES);
+    let distance_m = norm(&(bench.centers_m[through as usize] - TOUCHES));
+    assert!(distance_m < 0.02, "{distance_m}");
+    // A tip that has not moved gives no direction. A tip that moves along the liver gives a
+    // direction that does not lead to the wall.
+    press_pedal(&mut sim, &mut bench, &TOUCHES);
     let aside = Vec3::new(0.1, 0.0, 0.055);
-    go(&mut sim, &mut bench, &ADJACENT, &aside, 200, NONE);
-    step(&mut sim, &mut bench, &aside);
+    move_tip(&mut sim, &mut bench, &ADJACENT, &aside, 200, NONE);
+    press_pedal(&mut sim, &mut bench, &aside);
     assert_eq!(placed(&bench), [Placed::AtHand, Placed::Away]);
-    go(&mut sim, &mut bench, &aside, &ADJACENT, 200, NONE);
-    stay(&mut sim, &mut bench, &ADJACENT, 1000, NONE);
+    move_tip(&mut sim, &mut bench, &aside, &ADJACENT, 200, NONE);
+    hold_tip(&mut sim, &mut bench, &ADJACENT, 1000, NONE);
     let before_m = bench.centers_m[through as usize];
-    step(&mut sim, &mut bench, &ADJACENT);
+    press_pedal(&mut sim, &mut bench, &ADJACENT);
     assert_eq!(placed(&bench), [Placed::Hung, Placed::Away]);
     let at_m = bench.sutures[0].0.at_m;
     assert!((at_m.z - WALL_M).abs() < 1.0e-5, "{at_m}");
@@ -120,15 +120,15 @@ fn pedal_and_grasper_hang_it_where_the_hand_shows_and_draw_it_in() {
         (at_m - before_m).normalize().dot(&carried) > 0.999,
         "{at_m}"
     );
-    // The suture is drawn in although the liver slept.
-    stay(&mut sim, &mut bench, &AWAY, 4000, NONE);
+    // The suture is drawn in, although the liver was asleep.
+    hold_tip(&mut sim, &mut bench, &AWAY, 4000, NONE);
     let now_m = bench.centers_m[through as usize];
     let drawn_m = norm(&(at_m - before_m)) - norm(&(at_m - now_m));
     assert!((0.005..0.009).contains(&drawn_m), "{drawn_m} of 8 mm");
-    go(&mut sim, &mut bench, &ADJACENT, &TOUCHES, 500, NONE);
-    step(&mut sim, &mut bench, &TOUCHES);
-    go(&mut sim, &mut bench, &TOUCHES, &ADJACENT, 500, NONE);
-    step(&mut sim, &mut bench, &ADJACENT);
+    move_tip(&mut sim, &mut bench, &ADJACENT, &TOUCHES, 500, NONE);
+    press_pedal(&mut sim, &mut bench, &TOUCHES);
+    move_tip(&mut sim, &mut bench, &TOUCHES, &ADJACENT, 500, NONE);
+    press_pedal(&mut sim, &mut bench, &ADJACENT);
     assert_eq!(placed(&bench), [Placed::Hung; 2]);
     // The pedal was still down when the last suture was hung, but no current flowed.
     let reported = [EventKind::Stitch, EventKind::Hung].map(|kind| count(&bench, kind));
@@ -139,32 +139,32 @@ fn pedal_and_grasper_hang_it_where_the_hand_shows_and_draw_it_in() {
 #[test]
 fn a_hook_sews_nothing_and_scissors_cut_what_the_trainee_has_sewn() {
     let anatomy = hung_liver();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
     command(&mut sim, &mut bench, Command::Start(Task::Hang));
     command(&mut sim, &mut bench, Command::Instrument(Instrument::Hook));
-    go(&mut sim, &mut bench, &ADJACENT, &TOUCHES, 500, NONE);
-    step(&mut sim, &mut bench, &TOUCHES);
+    move_tip(&mut sim, &mut bench, &ADJACENT, &TOUCHES, 500, NONE);
+    press_pedal(&mut sim, &mut bench, &TOUCHES);
     assert_eq!(placed(&bench), [Placed::Away; 2]);
     assert!(
         count(&bench, EventKind::Electro) > 0,
         "the hook's current flows"
     );
-    go(&mut sim, &mut bench, &TOUCHES, &ADJACENT, 500, NONE);
+    move_tip(&mut sim, &mut bench, &TOUCHES, &ADJACENT, 500, NONE);
     command(
         &mut sim,
         &mut bench,
         Command::Instrument(Instrument::Grasper),
     );
-    go(&mut sim, &mut bench, &ADJACENT, &TOUCHES, 500, NONE);
-    step(&mut sim, &mut bench, &TOUCHES);
+    move_tip(&mut sim, &mut bench, &ADJACENT, &TOUCHES, 500, NONE);
+    press_pedal(&mut sim, &mut bench, &TOUCHES);
     // The thread is oblique, so it crosses the blades, which come from above.
     let aslant = Vec3::new(0.055, 0.0, 0.07);
-    go(&mut sim, &mut bench, &TOUCHES, &aslant, 500, NONE);
-    step(&mut sim, &mut bench, &aslant);
+    move_tip(&mut sim, &mut bench, &TOUCHES, &aslant, 500, NONE);
+    press_pedal(&mut sim, &mut bench, &aslant);
     assert_eq!(placed(&bench), [Placed::Hung, Placed::Away]);
-    stay(&mut sim, &mut bench, &AWAY, 3000, NONE);
+    hold_tip(&mut sim, &mut bench, &AWAY, 3000, NONE);
     command(
         &mut sim,
         &mut bench,
@@ -174,27 +174,27 @@ fn a_hook_sews_nothing_and_scissors_cut_what_the_trainee_has_sewn() {
     let end_m = bench.centers_m[thread.sphere as usize];
     // The blades reach beyond the thread's middle.
     let across = (end_m + thread.at_m) * 0.5 - Vec3::z() * 0.004;
-    go(&mut sim, &mut bench, &AWAY, &across, 500, NONE);
-    stay(&mut sim, &mut bench, &across, 300, Buttons::GRASP);
-    stay(&mut sim, &mut bench, &across, 300, NONE);
+    move_tip(&mut sim, &mut bench, &AWAY, &across, 500, NONE);
+    hold_tip(&mut sim, &mut bench, &across, 300, Buttons::GRASP);
+    hold_tip(&mut sim, &mut bench, &across, 300, NONE);
     assert!(
         bench.sutures[0].1,
         "cut through: {end_m:?} {thread:?} {across:?} {:?}",
         bench.tip_m
     );
     assert!(!bench.sutures[1].1);
-    stay(&mut sim, &mut bench, &AWAY, 3000, NONE);
+    hold_tip(&mut sim, &mut bench, &AWAY, 3000, NONE);
     assert!(moved_m(&bench, &anatomy) < 2.0e-3, "let go");
 }
 
 #[test]
-fn a_pedal_that_leads_a_needle_feeds_no_hook_until_it_is_pressed_again() {
+fn pedal_that_leads_a_needle_gives_no_current_until_pressed_again() {
     let anatomy = hung_liver();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
     command(&mut sim, &mut bench, Command::Start(Task::Hang));
-    go(&mut sim, &mut bench, &ADJACENT, &TOUCHES, 500, NONE);
+    move_tip(&mut sim, &mut bench, &ADJACENT, &TOUCHES, 500, NONE);
     let mut held = |sim: &mut Sim<'_>, is_down: bool, change: Option<Command>| {
         let samples = bench.next_at(&TOUCHES, NONE);
         samples.command = change;
@@ -218,24 +218,24 @@ fn a_pedal_that_leads_a_needle_feeds_no_hook_until_it_is_pressed_again() {
 }
 
 #[test]
-fn a_checkpoint_keeps_what_is_sewn_and_the_digest_tells_of_it() {
+fn checkpoint_and_digest_contain_the_sutures() {
     let anatomy = hung_liver();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
     command(&mut sim, &mut bench, Command::Start(Task::Hang));
     let down = bench.digests.last().expect("a tick").tools;
-    go(&mut sim, &mut bench, &ADJACENT, &TOUCHES, 500, NONE);
-    let kept = sim.checkpoint();
+    move_tip(&mut sim, &mut bench, &ADJACENT, &TOUCHES, 500, NONE);
+    let checkpoint = sim.checkpoint();
     let samples = bench.samples;
     let mut sewn = |sim: &mut Sim<'_>| {
         bench.samples = samples;
         bench.digests.clear();
-        step(sim, &mut bench, &TOUCHES);
+        press_pedal(sim, &mut bench, &TOUCHES);
         (bench.digests.clone(), placed(&bench))
     };
     let first = sewn(&mut sim);
-    sim.go_back(&kept);
+    sim.go_back(&checkpoint);
     let again = sewn(&mut sim);
     assert_eq!(first.1, [Placed::AtHand, Placed::Away]);
     assert!(first == again && first.0.iter().all(|it| it.tools != down));

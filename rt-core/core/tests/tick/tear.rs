@@ -1,11 +1,11 @@
 //! Tears by pulling: attachments between organs, and tubes.
 
-use super::grip::{count, felt, largest_step};
+use super::grip::{count, largest_step, move_and_record};
 use super::*;
 use rt_core::scene::{Anchor, Attachment, Link};
 
-/// Energy that tears one attachment, J: 0.1 mJ up to 100 mN at 2 mm, and as much again while the
-/// force falls to zero.
+/// Energy that tears one attachment, J: 0.1 mJ while the force rises to 100 mN at 2 mm, and 0.1 mJ
+/// while the force falls to zero.
 const BAND_J: f32 = 2.0e-4;
 const BAND_N_M: f32 = 50.0;
 
@@ -32,10 +32,10 @@ pub(super) fn pad() -> Anatomy {
 
 pub(super) const BITTEN: Vec3 = Vec3::new(0.0, 0.0, 0.006);
 
-fn grasped(sim: &mut Sim<'_>, bench: &mut Bench) {
-    go(sim, bench, &AWAY, &BITTEN, 500, NONE);
-    stay(sim, bench, &BITTEN, 300, NONE);
-    stay(sim, bench, &BITTEN, 700, Buttons::GRASP);
+fn grasp_pad(sim: &mut Sim<'_>, bench: &mut Bench) {
+    move_tip(sim, bench, &AWAY, &BITTEN, 500, NONE);
+    hold_tip(sim, bench, &BITTEN, 300, NONE);
+    hold_tip(sim, bench, &BITTEN, 700, Buttons::GRASP);
 }
 
 #[test]
@@ -43,23 +43,23 @@ fn a_pull_tears_band_after_band_and_takes_their_energy() {
     let anatomy = pad();
     let bands = anatomy.attachments.len();
     assert!(bands > 5, "{bands}");
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
-    grasped(&mut sim, &mut bench);
-    // A small pull and back: nothing has torn, and the state is as before.
+    grasp_pad(&mut sim, &mut bench);
+    // After a small pull and back, nothing has torn, and the force is as before.
     let before_n = bench.force_n.z;
-    let up = |by_m: f32| BITTEN + Vec3::new(0.0, 0.0, by_m);
+    let above = |by_m: f32| BITTEN + Vec3::new(0.0, 0.0, by_m);
     for (from, to) in [(0.0, 0.003), (0.003, 0.0)] {
-        felt(
+        move_and_record(
             &mut sim,
             &mut bench,
-            (&up(from), &up(to)),
+            (&above(from), &above(to)),
             600,
             Buttons::GRASP,
         );
     }
-    stay(&mut sim, &mut bench, &BITTEN, 500, Buttons::GRASP);
+    hold_tip(&mut sim, &mut bench, &BITTEN, 500, Buttons::GRASP);
     assert_eq!(count(&bench, EventKind::Tear), 0);
     assert!(
         (bench.force_n.z - before_n).abs() < 0.02,
@@ -68,40 +68,46 @@ fn a_pull_tears_band_after_band_and_takes_their_energy() {
     );
     // The pad is pulled off its bed: 40 mm in 8 s.
     let (travel_m, ticks) = (0.04, 8000);
-    let forces = felt(
+    let forces = move_and_record(
         &mut sim,
         &mut bench,
-        (&BITTEN, &up(travel_m)),
+        (&BITTEN, &above(travel_m)),
         ticks,
         Buttons::GRASP,
     );
     assert_eq!(count(&bench, EventKind::Tear), bands, "all of them");
     assert_eq!(count(&bench, EventKind::LetGo), 0);
-    let most_n = forces.iter().fold(0.0f32, |most, f| most.max(-f));
+    let force_max_n = forces
+        .iter()
+        .fold(0.0f32, |force_max_n, f| force_max_n.max(-f));
     assert!(
-        most_n > 0.3 && bench.force_n.z.abs() < 0.02,
-        "{most_n} {}",
+        force_max_n > 0.3 && bench.force_n.z.abs() < 0.02,
+        "{force_max_n} {}",
         bench.force_n.z
     );
     let work_j: f32 = forces.iter().map(|f| -f * travel_m / ticks as f32).sum();
-    // When the bands tear, elastic energy of the tissue is lost as well.
+    // When a band tears, elastic energy of the tissue is lost as well.
     let torn_j = BAND_J * bands as f32;
     assert!(
         (1.0..4.5).contains(&(work_j / torn_j)),
         "{work_j} J for {torn_j} J"
     );
     let step = largest_step(&forces);
-    // The load vanishes as fast as fibres tear, in 50 ticks; then the pad springs against the jaws.
-    assert!(step < most_n / 4.0, "{step} of {most_n} N in a tick");
+    // The load vanishes as fast as fibres tear, within 50 ticks; then the pad springs against the
+    // jaws.
+    assert!(
+        step < force_max_n / 4.0,
+        "{step} of {force_max_n} N in a tick"
+    );
     // A reset repairs the bands.
     bench.next_at(&AWAY, NONE).command = Some(Command::Reset);
     sim.tick(&mut bench);
     let events = bench.events.len();
-    grasped(&mut sim, &mut bench);
-    felt(
+    grasp_pad(&mut sim, &mut bench);
+    move_and_record(
         &mut sim,
         &mut bench,
-        (&BITTEN, &up(travel_m)),
+        (&BITTEN, &above(travel_m)),
         ticks,
         Buttons::GRASP,
     );
@@ -149,17 +155,17 @@ pub(super) fn tube(toughness_j_m2: f32) -> Anatomy {
 fn a_tube_tears_where_its_toughness_ends() {
     let torn = |toughness_j_m2| {
         let anatomy = tube(toughness_j_m2);
-        let mut state = store();
-        let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+        let mut state = new_state();
+        let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
         let mut bench = Bench::new();
         let at = Vec3::new(0.0, 0.0, -0.003);
-        go(&mut sim, &mut bench, &AWAY, &at, 500, NONE);
-        stay(&mut sim, &mut bench, &at, 500, Buttons::GRASP);
+        move_tip(&mut sim, &mut bench, &AWAY, &at, 500, NONE);
+        hold_tip(&mut sim, &mut bench, &at, 500, Buttons::GRASP);
         assert!(bench.grasped_count > 0);
-        let up = at + Vec3::new(0.0, 0.0, 0.05);
-        felt(&mut sim, &mut bench, (&at, &up), 5000, Buttons::GRASP);
+        let above = at + Vec3::new(0.0, 0.0, 0.05);
+        move_and_record(&mut sim, &mut bench, (&at, &above), 5000, Buttons::GRASP);
         // Tissue that moves along a touching tool is held back a little.
-        stay(&mut sim, &mut bench, &up, 300, Buttons::GRASP);
+        hold_tip(&mut sim, &mut bench, &above, 300, Buttons::GRASP);
         (count(&bench, EventKind::Tear), -bench.force_n.z)
     };
     // Each link of 3 mm bears a stretch of √(Γ L / E): 0.55 mm at 0.5 J/m², 7.7 mm at 100 J/m².

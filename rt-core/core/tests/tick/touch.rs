@@ -1,7 +1,9 @@
-//! Contact and grasp, and the force of both.
+//! Contact and grasp, and their forces.
 
 use crate::rig::{Anatomy, Bench, SOFT, TOUCH, organ, room};
-use crate::{AWAY, NONE, OPEN, PRESSED, go, kinds, loose, sphere, stay, store};
+use crate::{
+    AWAY, FORCE_ENABLED, NONE, PRESSED, hold_tip, kinds, loose_spheres, move_tip, new_state, sphere,
+};
 use rt_core::fault::Fault;
 use rt_core::math::{Vec3, norm};
 use rt_core::port::Buttons;
@@ -13,11 +15,11 @@ use rt_core::words::{EventKind, SphereBits};
 #[test]
 fn without_contact_there_is_no_force() {
     let anatomy = Anatomy::liver();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
     let adjacent = Vec3::new(0.05, 0.03, 0.09);
-    go(&mut sim, &mut bench, &AWAY, &adjacent, 1500, NONE);
+    move_tip(&mut sim, &mut bench, &AWAY, &adjacent, 1500, NONE);
     assert_eq!(bench.contact_count, 0);
     assert!(norm(&bench.force_n) < f32::EPSILON);
     assert!(bench.events.is_empty(), "{:?}", bench.events);
@@ -26,13 +28,13 @@ fn without_contact_there_is_no_force() {
 #[test]
 fn pressing_dents_the_organ_pushes_the_hand_back_and_ends() {
     let anatomy = Anatomy::liver();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
-    stay(&mut sim, &mut bench, &AWAY, 2000, NONE);
+    hold_tip(&mut sim, &mut bench, &AWAY, 2000, NONE);
     let before = bench.centers_m.clone();
-    go(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
-    stay(&mut sim, &mut bench, &PRESSED, 200, NONE);
+    move_tip(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
+    hold_tip(&mut sim, &mut bench, &PRESSED, 200, NONE);
     assert!(bench.contact_count > 0);
     assert!((0.1..3.3).contains(&bench.force_n.z), "{}", bench.force_n);
     let dented = bench
@@ -55,15 +57,15 @@ fn pressing_dents_the_organ_pushes_the_hand_back_and_ends() {
     assert_eq!(contact.kind, EventKind::Contact);
     assert!(presses.iter().all(|it| it.kind == EventKind::Press));
     assert!(presses.is_sorted_by(|a, b| a.value < b.value));
-    // The way in is fast, so the tip meets more than the force with which it rests.
+    // The tip goes in fast, so its force on the way in is larger than its force at rest.
     let (pressed_n, rests_n) = (presses.last().map_or(0.0, |it| it.value), bench.force_n.z);
     assert!(
         (rests_n..4.0 * rests_n).contains(&pressed_n),
         "{pressed_n} {rests_n}"
     );
     let presses = presses.len();
-    go(&mut sim, &mut bench, &PRESSED, &AWAY, 500, NONE);
-    stay(&mut sim, &mut bench, &AWAY, 3000, NONE);
+    move_tip(&mut sim, &mut bench, &PRESSED, &AWAY, 500, NONE);
+    hold_tip(&mut sim, &mut bench, &AWAY, 3000, NONE);
     assert!(norm(&bench.force_n) < f32::EPSILON);
     let mut expected = vec![EventKind::Press; presses];
     expected.insert(0, EventKind::Contact);
@@ -87,19 +89,19 @@ fn an_instrument_that_begins_inside_an_organ_is_reported_once() {
         let events = bench.events.iter();
         events.filter(|it| it.kind == EventKind::Buried).count()
     };
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
-    stay(&mut sim, &mut bench, &PRESSED, 500, NONE);
+    hold_tip(&mut sim, &mut bench, &PRESSED, 500, NONE);
     assert_eq!(count(&bench), 1);
     let event = bench.events.iter().find(|it| it.kind == EventKind::Buried);
     let event = event.expect("an event");
     assert_eq!(event.organ, Some(0));
     assert!((0.002..0.02).contains(&event.value), "{}", event.value);
     bench.events.clear();
-    go(&mut sim, &mut bench, &PRESSED, &AWAY, 500, NONE);
-    go(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
-    stay(&mut sim, &mut bench, &PRESSED, 100, NONE);
+    move_tip(&mut sim, &mut bench, &PRESSED, &AWAY, 500, NONE);
+    move_tip(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
+    hold_tip(&mut sim, &mut bench, &PRESSED, 100, NONE);
     assert_eq!(count(&bench), 0, "it came through the surface");
 }
 
@@ -113,11 +115,11 @@ fn force_that_a_command_ends_fades() {
         Command::Reset,
         Command::Start(Task::Identify),
     ] {
-        let mut state = store();
-        let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+        let mut state = new_state();
+        let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
         let mut bench = Bench::new();
-        go(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
-        stay(&mut sim, &mut bench, &PRESSED, 100, NONE);
+        move_tip(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
+        hold_tip(&mut sim, &mut bench, &PRESSED, 100, NONE);
         let pressed_n = norm(&bench.force_n);
         assert!(pressed_n > 0.1, "{pressed_n}");
         let mut last_n = bench.force_n;
@@ -144,10 +146,10 @@ fn tissue_and_hand_are_pushed_apart() {
     // A free sphere without gravity under the tip: it moves down, the hand is pushed up.
     let mut room = room();
     room.gravity_m_s2 = Vec3::zeros();
-    let anatomy = loose(&[sphere(0.0, 0.0)], SOFT);
+    let anatomy = loose_spheres(&[sphere(0.0, 0.0)], SOFT);
     let scene = Scene::new(&anatomy.organs, &anatomy.spheres, &[], room).unwrap();
-    let mut state = store();
-    let mut sim = Sim::new(scene, &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(scene, &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
     let mut touched = 0;
     for step in 0..400 {
@@ -165,11 +167,11 @@ fn tissue_and_hand_are_pushed_apart() {
 #[test]
 fn a_grasp_holds_pulls_and_lets_go() {
     let anatomy = Anatomy::liver();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
-    go(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
-    stay(&mut sim, &mut bench, &PRESSED, 300, Buttons::GRASP);
+    move_tip(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
+    hold_tip(&mut sim, &mut bench, &PRESSED, 300, Buttons::GRASP);
     assert!(bench.grasped_count > 0);
     let held = bench
         .bits
@@ -178,8 +180,8 @@ fn a_grasp_holds_pulls_and_lets_go() {
         .unwrap();
     let before = bench.centers_m[held];
     let lifted = PRESSED + Vec3::new(0.0, 0.0, 0.01);
-    go(&mut sim, &mut bench, &PRESSED, &lifted, 300, Buttons::GRASP);
-    stay(&mut sim, &mut bench, &lifted, 300, Buttons::GRASP);
+    move_tip(&mut sim, &mut bench, &PRESSED, &lifted, 300, Buttons::GRASP);
+    hold_tip(&mut sim, &mut bench, &lifted, 300, Buttons::GRASP);
     assert!(
         (bench.centers_m[held].z - before.z - 0.01).abs() < 0.004,
         "the sphere follows, as far as the grip's spring lets it"
@@ -189,9 +191,9 @@ fn a_grasp_holds_pulls_and_lets_go() {
         "the organ pulls back: {}",
         bench.force_n
     );
-    stay(&mut sim, &mut bench, &lifted, 150, NONE); // as the jaws open
+    hold_tip(&mut sim, &mut bench, &lifted, 150, NONE); // as the jaws open
     assert_eq!(bench.grasped_count, 0);
-    stay(&mut sim, &mut bench, &AWAY, 4000, NONE);
+    hold_tip(&mut sim, &mut bench, &AWAY, 4000, NONE);
     assert!(
         bench
             .bits
@@ -220,14 +222,14 @@ fn a_grasp_holds_pulls_and_lets_go() {
 #[test]
 fn only_a_grasper_grasps_and_the_handle_changes_instruments() {
     let anatomy = Anatomy::liver();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
-    stay(&mut sim, &mut bench, &AWAY, 1, NONE);
-    stay(&mut sim, &mut bench, &AWAY, 5, Buttons::CHANGE); // one press, one change
+    hold_tip(&mut sim, &mut bench, &AWAY, 1, NONE);
+    hold_tip(&mut sim, &mut bench, &AWAY, 5, Buttons::CHANGE); // one press, one change
     assert_eq!(bench.instrument, Instrument::Hook);
-    go(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
-    stay(&mut sim, &mut bench, &PRESSED, 300, Buttons::GRASP);
+    move_tip(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
+    hold_tip(&mut sim, &mut bench, &PRESSED, 300, Buttons::GRASP);
     assert_eq!(bench.grasped_count, 0);
     bench.next().command = Some(Command::Instrument(Instrument::ClipApplier));
     sim.tick(&mut bench);
@@ -249,10 +251,10 @@ fn more_contacts_than_kept_are_counted() {
         spheres,
         ..Anatomy::default()
     };
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
-    go(&mut sim, &mut bench, &AWAY, &Vec3::zeros(), 200, NONE);
+    move_tip(&mut sim, &mut bench, &AWAY, &Vec3::zeros(), 200, NONE);
     assert_eq!(bench.contact_count, 64);
     assert!(bench.counters.of(Fault::ContactOverflow) > 0);
     // The deepest, which are the uppermost, are kept.
@@ -261,21 +263,21 @@ fn more_contacts_than_kept_are_counted() {
 }
 
 #[test]
-fn the_lever_turns_a_sideways_push_around() {
+fn lever_reverses_a_lateral_force() {
     // The tip pushes a sphere towards +x. The sphere pushes back towards −x, and the hand, on the
     // other side of the port, feels +x.
     let mut wall = sphere(0.0, 0.0);
     wall.held = true;
-    let anatomy = loose(&[wall], SOFT);
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let anatomy = loose_spheres(&[wall], SOFT);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
     let (from, to) = (
         Vec3::new(-0.03, 0.0, -0.005),
         Vec3::new(-0.005, 0.0, -0.005),
     );
-    go(&mut sim, &mut bench, &from, &to, 200, NONE);
-    stay(&mut sim, &mut bench, &to, 50, NONE);
+    move_tip(&mut sim, &mut bench, &from, &to, 200, NONE);
+    hold_tip(&mut sim, &mut bench, &to, 50, NONE);
     assert!(
         bench.contact_count > 0 && bench.force_n.x > 0.05,
         "{}",

@@ -6,11 +6,11 @@ use crate::grip::count;
 /// Loose spheres of 1 cm radius, far from the tool, fall 0.3 m in a quarter of a second.
 #[test]
 fn a_loose_organ_that_falls_is_reported_once_and_again_after_a_reset() {
-    let anatomy = loose(&[sphere(0.1, 0.0), sphere(-0.1, 0.0)], SOFT);
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let anatomy = loose_spheres(&[sphere(0.1, 0.0), sphere(-0.1, 0.0)], SOFT);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
-    stay(&mut sim, &mut bench, &AWAY, 1500, NONE);
+    hold_tip(&mut sim, &mut bench, &AWAY, 1500, NONE);
     let falls: Vec<Event> = (bench.events.iter().copied())
         .filter(|it| it.kind == EventKind::Fall)
         .collect();
@@ -22,20 +22,20 @@ fn a_loose_organ_that_falls_is_reported_once_and_again_after_a_reset() {
     assert_eq!(count(&bench, EventKind::Shake), 0);
     bench.next_at(&AWAY, NONE).command = Some(Command::Reset);
     sim.tick(&mut bench);
-    stay(&mut sim, &mut bench, &AWAY, 1500, NONE);
+    hold_tip(&mut sim, &mut bench, &AWAY, 1500, NONE);
     assert_eq!(count(&bench, EventKind::Fall), 4);
 }
 
 #[test]
 fn a_whole_liver_that_is_pressed_and_let_go_neither_falls_nor_shakes() {
     let anatomy = Anatomy::liver();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
-    go(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
-    stay(&mut sim, &mut bench, &PRESSED, 7000, NONE);
-    go(&mut sim, &mut bench, &PRESSED, &AWAY, 500, NONE);
-    stay(&mut sim, &mut bench, &AWAY, 7000, NONE);
+    move_tip(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
+    hold_tip(&mut sim, &mut bench, &PRESSED, 7000, NONE);
+    move_tip(&mut sim, &mut bench, &PRESSED, &AWAY, 500, NONE);
+    hold_tip(&mut sim, &mut bench, &AWAY, 7000, NONE);
     let reported = [EventKind::Fall, EventKind::Shake].map(|kind| count(&bench, kind));
     assert_eq!(reported, [0, 0]);
 }
@@ -43,16 +43,16 @@ fn a_whole_liver_that_is_pressed_and_let_go_neither_falls_nor_shakes() {
 /// A checkpoint holds the memory of reported falls.
 #[test]
 fn a_fall_is_reported_again_from_a_checkpoint_before_it() {
-    let anatomy = loose(&[sphere(0.1, 0.0)], SOFT);
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let anatomy = loose_spheres(&[sphere(0.1, 0.0)], SOFT);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
-    stay(&mut sim, &mut bench, &AWAY, 50, NONE);
+    hold_tip(&mut sim, &mut bench, &AWAY, 50, NONE);
     let before = sim.checkpoint();
-    stay(&mut sim, &mut bench, &AWAY, 1000, NONE);
+    hold_tip(&mut sim, &mut bench, &AWAY, 1000, NONE);
     assert_eq!(count(&bench, EventKind::Fall), 1);
     sim.go_back(&before);
-    stay(&mut sim, &mut bench, &AWAY, 1000, NONE);
+    hold_tip(&mut sim, &mut bench, &AWAY, 1000, NONE);
     assert_eq!(count(&bench, EventKind::Fall), 2);
 }
 
@@ -71,19 +71,19 @@ fn liver(factor: f32, heavy: bool) -> Anatomy {
 }
 
 /// A hand strokes the liver at 10 mm/s and never rests. Two livers are stable, one of them as stiff
-/// as cartilage. The third liver is too soft for its weight: it falls in and shakes.
+/// as cartilage. The third liver is too soft for its weight: it collapses and shakes.
 #[test]
 fn a_liver_that_shakes_under_a_moving_hand_is_reported_once() {
     for (factor, heavy, times) in [(1.0, false, 0), (300.0, false, 0), (0.005, true, 1)] {
         let anatomy = liver(factor, heavy);
-        let mut state = store();
-        let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+        let mut state = new_state();
+        let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
         let mut bench = Bench::new();
-        go(&mut sim, &mut bench, &AWAY, &PRESSED, 1000, NONE);
+        move_tip(&mut sim, &mut bench, &AWAY, &PRESSED, 1000, NONE);
         let aside = PRESSED + Vec3::x() * 0.01;
         for _ in 0..4 {
-            go(&mut sim, &mut bench, &PRESSED, &aside, 1000, NONE);
-            go(&mut sim, &mut bench, &aside, &PRESSED, 1000, NONE);
+            move_tip(&mut sim, &mut bench, &PRESSED, &aside, 1000, NONE);
+            move_tip(&mut sim, &mut bench, &aside, &PRESSED, 1000, NONE);
         }
         assert_eq!(count(&bench, EventKind::Shake), times, "{factor}");
     }

@@ -1,4 +1,4 @@
-//! Leaks of vessels and ducts, and what stops them.
+//! Leaks of vessels and ducts, and means to stop them.
 
 use super::cautery::{COAGULATE, CUT, under_current};
 use super::grip::count;
@@ -17,8 +17,8 @@ pub(super) fn artery() -> Anatomy {
     let mut artery = tube(0.0);
     artery.organs[0].inside = Inside::Blood;
     artery.organs[0].material.young_pa = young_pa;
-    // The chain has no bending stiffness. The chain is damped as in fluid; otherwise its stumps
-    // would swing.
+    // The chain has no bending stiffness. It is damped as in fluid; otherwise its stumps would
+    // swing.
     artery.organs[0].material.damping_per_s = 60.0;
     for sphere in &mut artery.spheres {
         sphere.radius_m = 0.001_2;
@@ -39,21 +39,26 @@ pub(super) fn artery() -> Anatomy {
     artery
 }
 
-/// Goes to `at` with this instrument, closes and opens it there, and leaves.
-pub(super) fn work(sim: &mut Sim<'_>, bench: &mut Bench, instrument: Instrument, at: &Vec3) {
+/// Moves this instrument to `at`, closes and opens it there, and moves it away.
+pub(super) fn use_instrument(
+    sim: &mut Sim<'_>,
+    bench: &mut Bench,
+    instrument: Instrument,
+    at: &Vec3,
+) {
     bench.next_at(&AWAY, NONE).command = Some(Command::Instrument(instrument));
     sim.tick(bench);
-    go(sim, bench, &AWAY, at, 800, NONE);
-    stay(sim, bench, at, 100, NONE);
-    stay(sim, bench, at, 300, Buttons::GRASP);
-    stay(sim, bench, at, 300, NONE);
-    go(sim, bench, at, &AWAY, 500, NONE);
-    stay(sim, bench, &AWAY, 300, NONE);
+    move_tip(sim, bench, &AWAY, at, 800, NONE);
+    hold_tip(sim, bench, at, 100, NONE);
+    hold_tip(sim, bench, at, 300, Buttons::GRASP);
+    hold_tip(sim, bench, at, 300, NONE);
+    move_tip(sim, bench, at, &AWAY, 500, NONE);
+    hold_tip(sim, bench, &AWAY, 300, NONE);
 }
 
 /// Place of the tip for work on the vessel at `x_m`: 6 mm past the vessel, which then lies between
 /// the jaws.
-pub(super) fn over(x_m: f32) -> Vec3 {
+pub(super) fn tip_past(x_m: f32) -> Vec3 {
     Vec3::new(x_m, 0.0, -0.006)
 }
 
@@ -75,10 +80,15 @@ pub(super) fn divided(bench: &Bench) -> Vec<f32> {
 #[test]
 fn the_end_that_has_pressure_bleeds_and_the_other_does_not() {
     let anatomy = artery();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
-    work(&mut sim, &mut bench, Instrument::Scissors, &over(0.0015));
+    use_instrument(
+        &mut sim,
+        &mut bench,
+        Instrument::Scissors,
+        &tip_past(0.0015),
+    );
     assert_eq!(count(&bench, EventKind::Cut), 1);
     let divided: Vec<f32> = divided(&bench);
     assert_eq!(divided, [1.0], "no clip on either side");
@@ -94,11 +104,21 @@ fn the_end_that_has_pressure_bleeds_and_the_other_does_not() {
 #[test]
 fn a_second_cut_before_the_first_moves_the_leak_there() {
     let anatomy = artery();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
-    work(&mut sim, &mut bench, Instrument::Scissors, &over(0.0105));
-    work(&mut sim, &mut bench, Instrument::Scissors, &over(-0.0105));
+    use_instrument(
+        &mut sim,
+        &mut bench,
+        Instrument::Scissors,
+        &tip_past(0.0105),
+    );
+    use_instrument(
+        &mut sim,
+        &mut bench,
+        Instrument::Scissors,
+        &tip_past(-0.0105),
+    );
     let values: Vec<f32> = leaks(&bench).iter().map(|leak| leak.0).collect();
     assert_eq!(count(&bench, EventKind::Cut), 2);
     assert_eq!(values.len(), 3, "{values:?}");
@@ -108,11 +128,16 @@ fn a_second_cut_before_the_first_moves_the_leak_there() {
 #[test]
 fn cut_ends_retract() {
     let anatomy = artery();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
-    work(&mut sim, &mut bench, Instrument::Scissors, &over(0.0015));
-    stay(&mut sim, &mut bench, &AWAY, 2000, NONE);
+    use_instrument(
+        &mut sim,
+        &mut bench,
+        Instrument::Scissors,
+        &tip_past(0.0015),
+    );
+    hold_tip(&mut sim, &mut bench, &AWAY, 2000, NONE);
     let long = |spheres: std::ops::Range<usize>| {
         let links = bench.centers_m[spheres].windows(2);
         let lengths = links.map(|pair| norm(&(pair[1] - pair[0])) / 0.003);
@@ -132,23 +157,28 @@ fn cut_ends_retract() {
 #[test]
 fn coagulation_stops_a_small_artery() {
     let anatomy = artery();
-    let mut state = store();
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
-    work(&mut sim, &mut bench, Instrument::Scissors, &over(0.0015));
+    use_instrument(
+        &mut sim,
+        &mut bench,
+        Instrument::Scissors,
+        &tip_past(0.0015),
+    );
     bench.next_at(&AWAY, NONE).command = Some(Command::Instrument(Instrument::Hook));
     sim.tick(&mut bench);
     // The hook's bent end extends from its tip 4 mm towards −y. The middle of the bent end follows
     // the end of the stump.
     let on_end = |bench: &Bench| bench.centers_m[10] + Vec3::new(0.0, 0.002, 0.002);
     let first = on_end(&bench);
-    go(&mut sim, &mut bench, &AWAY, &first, 1000, NONE);
+    move_tip(&mut sim, &mut bench, &AWAY, &first, 1000, NONE);
     for _ in 0..40 {
         let at = on_end(&bench);
         under_current(&mut sim, &mut bench, &at, COAGULATE, 100);
     }
     let at = bench.tip_m;
-    stay(&mut sim, &mut bench, &at, 100, NONE);
+    hold_tip(&mut sim, &mut bench, &at, 100, NONE);
     let leaks = leaks(&bench);
     assert!(leaks.len() >= 2, "{leaks:?}");
     assert!(leaks.last().is_some_and(|leak| leak.0 < 0.01), "{leaks:?}");
@@ -158,13 +188,13 @@ fn coagulation_stops_a_small_artery() {
 fn a_bag_that_is_burnt_through_leaks_once() {
     let mut bag = Anatomy::liver().with_skins();
     bag.organs[0].inside = Inside::Bile;
-    let mut state = store();
-    let mut sim = Sim::new(bag.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(bag.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
     bench.next_at(&AWAY, NONE).command = Some(Command::Instrument(Instrument::Hook));
     sim.tick(&mut bench);
     let at = Vec3::new(0.0, 0.0, 0.034);
-    go(&mut sim, &mut bench, &AWAY, &at, 1000, NONE);
+    move_tip(&mut sim, &mut bench, &AWAY, &at, 1000, NONE);
     under_current(&mut sim, &mut bench, &at, CUT, 1000);
     assert_eq!(
         count(&bench, EventKind::Perforation),
@@ -172,7 +202,7 @@ fn a_bag_that_is_burnt_through_leaks_once() {
         "1 s at 13.5 W is less than the 28 J of a hole"
     );
     under_current(&mut sim, &mut bench, &at, CUT, 4000);
-    stay(&mut sim, &mut bench, &at, 100, NONE);
+    hold_tip(&mut sim, &mut bench, &at, 100, NONE);
     assert_eq!(count(&bench, EventKind::Perforation), 1);
     let leaks = leaks(&bench);
     assert!(
@@ -182,22 +212,22 @@ fn a_bag_that_is_burnt_through_leaks_once() {
     // A reset closes the hole, and no further leak is reported.
     bench.next_at(&AWAY, NONE).command = Some(Command::Reset);
     sim.tick(&mut bench);
-    stay(&mut sim, &mut bench, &AWAY, 100, NONE);
+    hold_tip(&mut sim, &mut bench, &AWAY, 100, NONE);
     assert_eq!(self::leaks(&bench).len(), 1);
 }
 
 /// Number of perforations after the hook's bent end has coagulated the top of an organ with this
-/// content for so many ticks.
-fn coagulated(inside: Inside, ticks: u32) -> usize {
+/// content for `ticks`.
+fn perforations(inside: Inside, ticks: u32) -> usize {
     let mut bag = Anatomy::liver().with_skins();
     bag.organs[0].inside = inside;
-    let mut state = store();
-    let mut sim = Sim::new(bag.scene(), &mut state, TOUCH, OPEN);
+    let mut state = new_state();
+    let mut sim = Sim::new(bag.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
     bench.next_at(&AWAY, NONE).command = Some(Command::Instrument(Instrument::Hook));
     sim.tick(&mut bench);
     let at = Vec3::new(0.0, 0.0, 0.034);
-    go(&mut sim, &mut bench, &AWAY, &at, 1000, NONE);
+    move_tip(&mut sim, &mut bench, &AWAY, &at, 1000, NONE);
     under_current(&mut sim, &mut bench, &at, COAGULATE, ticks);
     count(&bench, EventKind::Perforation)
 }
@@ -206,8 +236,8 @@ fn coagulated(inside: Inside, ticks: u32) -> usize {
 #[test]
 fn coagulation_that_is_held_long_opens_a_wall() {
     for (inside, spared, opened) in [(Inside::Bile, 1500, 4000), (Inside::Food, 2500, 6000)] {
-        assert_eq!(coagulated(inside, spared), 0, "{inside:?}");
-        assert_eq!(coagulated(inside, opened), 1, "{inside:?}");
+        assert_eq!(perforations(inside, spared), 0, "{inside:?}");
+        assert_eq!(perforations(inside, opened), 1, "{inside:?}");
     }
-    assert_eq!(coagulated(Inside::Liver, 6000), 0, "it has no wall");
+    assert_eq!(perforations(Inside::Liver, 6000), 0, "it has no wall");
 }

@@ -277,10 +277,8 @@ mod tests {
     use super::*;
 
     /// Most edges of a tube or of fat that are stretched, and most triangles that are folded, in
-    /// the worst frame of this operation; 23 and 111 were measured. It was 28 folded triangles
-    /// until pairs of organs kept their impulse (`rt-core/core/src/organs/between.rs`); the
-    /// artery's are not explained.
-    const MOST: [usize; 2] = [40, 130];
+    /// the worst frame of this operation; 23 and 28 were measured.
+    const MOST: [usize; 2] = [40, 45];
 
     /// The scissors divide duct and artery between clips. A change that tears the drawn skin fails
     /// here; `evaluate surface` has the whole measurement.

@@ -3,15 +3,15 @@
 use heapless::Vec;
 
 use crate::contact::law;
-use crate::contact::patch::{Builder, Patch};
-use crate::contact::skin::corners::Corners;
+use crate::contact::patch::{Patch, PatchBuilder};
+use crate::contact::skin::vertex_cache::VertexCache;
 use crate::math::{self, Vec3};
 use crate::scene::{Scene, Skin};
 use crate::tissue::Bodies;
 
 /// Directions, in the plane of the skin, from the middle of a wide patch to six places around it
 /// (the ring).
-const RING: [[f32; 2]; 6] = [
+const RING_DIRECTIONS: [[f32; 2]; 6] = [
     [1.0, 0.0],
     [0.5, 0.866_025_4],
     [-0.5, 0.866_025_4],
@@ -19,10 +19,10 @@ const RING: [[f32; 2]; 6] = [
     [-0.5, -0.866_025_4],
     [0.5, -0.866_025_4],
 ];
-/// Share of a wide patch's force that its middle bears, and that each place of the ring bears.
+/// Shares of a wide patch's force: of its middle, and of each place of the ring.
 const RING_SHARES: [f32; 2] = [0.25, 0.125];
 /// Largest number of steps of a walk. A tool at 3 m/s crosses one vertex in a tick.
-const WALK_MAX: u32 = 12;
+const WALK_STEPS_MAX: u32 = 12;
 
 /// The skin's closest point to a tool point.
 #[derive(Debug, Clone)]
@@ -62,50 +62,51 @@ impl ClosestPoint {
         width_m: f32,
         skin: &Skin<'_>,
         bodies: &Bodies,
-        known: &mut Corners,
+        cache: &mut VertexCache,
     ) {
-        let [middle, around] = RING_SHARES;
+        let [middle, each_in_ring] = RING_SHARES;
         // Middle and ring together have the mean square distance of the Gaussian.
         let radius_m = width_m / math::sqrt(1.0 - middle);
-        let x = math::across(&self.normal);
+        let x = math::perpendicular(&self.normal);
         let y = self.normal.cross(&x);
-        let mut under = Under::default();
-        under.add(self.corners, self.shares, middle);
-        for [along_x, along_y] in RING {
+        let mut weights = VertexWeights::default();
+        weights.add(self.corners, self.shares, middle);
+        for [along_x, along_y] in RING_DIRECTIONS {
             let place_m = self.at_m + (x * along_x + y * along_y) * radius_m;
-            let found = nearest(&place_m, self.vertex, skin, bodies, known);
+            let found = nearest(&place_m, self.vertex, skin, bodies, cache);
             let (corners, shares) = found.map_or((self.corners, self.shares), |found| {
                 (found.corners, found.shares)
             });
-            under.add(corners, shares, around);
+            weights.add(corners, shares, each_in_ring);
         }
-        self.patch = under.patch(skin);
-        // The separation is measured at the middle. The middle sinks by its own share of the force
-        // and by the influence of the ring, as under a single patch of this width.
-        let between = law::mesh_influence(radius_m, self.patch_width_m);
-        self.patch_width_m /= middle + (1.0 - middle) * between;
+        self.patch = weights.patch(skin);
+        // The separation is measured at the middle. The middle sinks under its own share of the
+        // force and by the influence of the ring, as much as under a single patch of the following
+        // width.
+        let ring_influence = law::mesh_influence(radius_m, self.patch_width_m);
+        self.patch_width_m /= middle + (1.0 - middle) * ring_influence;
     }
 }
 
 /// Vertices of a skin, each once, and their weights.
 #[derive(Debug, Default)]
-struct Under(Vec<(u16, f32), { 3 * (RING.len() + 1) }>);
+struct VertexWeights(Vec<(u16, f32), { 3 * (RING_DIRECTIONS.len() + 1) }>);
 
-impl Under {
-    /// Adds a point of a triangle, by its shares of the corners, with this weight.
-    fn add(&mut self, corners: [u16; 3], shares: [f32; 3], much: f32) {
+impl VertexWeights {
+    /// Adds a point of a triangle with this weight; `shares` are its barycentric coordinates.
+    fn add(&mut self, corners: [u16; 3], shares: [f32; 3], weight: f32) {
         for (corner, share) in corners.into_iter().zip(shares) {
             match self.0.iter_mut().find(|(own, _)| *own == corner) {
-                Some((_, sum)) => *sum += share * much,
+                Some((_, sum)) => *sum += share * weight,
                 None => {
-                    let _ = self.0.push((corner, share * much)); // there is room for a middle and a ring
+                    let _ = self.0.push((corner, share * weight)); // room for middle and ring
                 }
             }
         }
     }
 
     fn patch(&self, skin: &Skin<'_>) -> Patch {
-        let mut patch = Builder::default();
+        let mut patch = PatchBuilder::default();
         for (vertex, share) in &self.0 {
             let Some(vertex) = skin.vertex(*vertex) else {
                 continue;
@@ -125,17 +126,17 @@ struct Nearest {
     shares: [f32; 3],
 }
 
-/// Closest point that a walk with falling distance reaches from vertex `from`. The distance is a
-/// local minimum there, so a tool that went in on one side stays on that side.
+/// Closest point that a walk from vertex `from` reaches; every step of the walk reduces the
+/// distance. The result is a local minimum, so a tool that went in on one side stays on that side.
 pub(crate) fn walk(
     place_m: &Vec3,
     from: u16,
     skin: &Skin<'_>,
     bodies: &Bodies,
-    known: &mut Corners,
+    cache: &mut VertexCache,
 ) -> Option<ClosestPoint> {
-    let found = nearest(place_m, from, skin, bodies, known)?;
-    finish(&found, skin, bodies, known)
+    let found = nearest(place_m, from, skin, bodies, cache)?;
+    interpolate(&found, skin, bodies, cache)
 }
 
 fn nearest(
@@ -143,12 +144,12 @@ fn nearest(
     from: u16,
     skin: &Skin<'_>,
     bodies: &Bodies,
-    known: &mut Corners,
+    cache: &mut VertexCache,
 ) -> Option<Nearest> {
     let mut vertex = from;
     let mut best: Option<Nearest> = None;
-    for _ in 0..WALK_MAX {
-        let found = nearest_in_fan(place_m, vertex, skin, bodies, known)?;
+    for _ in 0..WALK_STEPS_MAX {
+        let found = nearest_in_fan(place_m, vertex, skin, bodies, cache)?;
         let is_nearer = best
             .as_ref()
             .is_none_or(|best| found.squared_m2 < best.squared_m2);
@@ -180,23 +181,24 @@ impl Nearest {
     }
 }
 
+/// Closest point of the triangles around a vertex.
 fn nearest_in_fan(
     place_m: &Vec3,
     vertex: u16,
     skin: &Skin<'_>,
     bodies: &Bodies,
-    known: &mut Corners,
+    cache: &mut VertexCache,
 ) -> Option<Nearest> {
-    let center_m = known.at_m(vertex, skin, bodies)?;
+    let center_m = cache.at_m(vertex, skin, bodies)?;
     let mut best: Option<Nearest> = None;
     let mut last: Option<(u16, Vec3)> = None;
     for &[b, c] in skin.fan(skin.vertex(vertex)?) {
         // Neighbouring triangles of a fan share a corner, which was just looked up.
         let b_m = match last {
             Some((own, at)) if own == b => at,
-            _ => known.at_m(b, skin, bodies)?,
+            _ => cache.at_m(b, skin, bodies)?,
         };
-        let c_m = known.at_m(c, skin, bodies)?;
+        let c_m = cache.at_m(c, skin, bodies)?;
         last = Some((c, c_m));
         let shares = closest_on_triangle(place_m, &center_m, &b_m, &c_m);
         let [s, t, u] = shares;
@@ -215,17 +217,18 @@ fn nearest_in_fan(
     best
 }
 
-fn finish(
+/// Position, normal, patch and curvature of a point of a triangle, from the triangle's corners.
+fn interpolate(
     found: &Nearest,
     skin: &Skin<'_>,
     bodies: &Bodies,
-    known: &mut Corners,
+    cache: &mut VertexCache,
 ) -> Option<ClosestPoint> {
     let [i, j, k] = found.corners;
     let mut corner = |index: u16| {
         let vertex = skin.vertex(index)?;
-        let normal = known.normal(index, skin, bodies)?;
-        Some((known.at_m(index, skin, bodies)?, normal, vertex))
+        let normal = cache.normal(index, skin, bodies)?;
+        Some((cache.at_m(index, skin, bodies)?, normal, vertex))
     };
     let corners = [corner(i)?, corner(j)?, corner(k)?];
     let mut flat_m = Vec3::zeros();
@@ -243,10 +246,10 @@ fn finish(
     for ((at_m, own, _), share) in corners.iter().zip(found.shares) {
         bulge_m += 0.5 * share * (at_m - flat_m).dot(own) * own.dot(&normal);
     }
-    let mut under = Under::default();
-    under.add(found.corners, found.shares, 1.0);
+    let mut weights = VertexWeights::default();
+    weights.add(found.corners, found.shares, 1.0);
     Some(ClosestPoint {
-        patch: under.patch(skin),
+        patch: weights.patch(skin),
         corners: found.corners,
         shares: found.shares,
         normal,

@@ -42,7 +42,7 @@ impl Octahedron {
         let (mut vertices, mut fans) = (List::new(), List::new());
         for (i, up) in (0u16..).zip(corners) {
             // The four corners around this one, anticlockwise seen from outside.
-            let x = math::across(&up);
+            let x = math::perpendicular(&up);
             let ring = [x, up.cross(&x), -x, -up.cross(&x)];
             let ring = ring.map(|way| {
                 let nearest = |(_, corner): &(u16, Vec3)| corner.dot(&way) > 0.9;
@@ -93,16 +93,16 @@ fn ball(center_m: Vec3) -> [Capsule; 1] {
     }]
 }
 
-/// Moves a ball by `ways`, one a tick, from a place over the middle of the face (1, 1, 1). Returns
+/// Moves a ball by `steps`, one a tick, from a place over the middle of the face (1, 1, 1). Returns
 /// the force and the momentum of the spheres after every tick.
-fn follow(ways: &[Vec3]) -> List<(Vec3, Vec3)> {
+fn follow(steps: &[Vec3]) -> List<(Vec3, Vec3)> {
     let octahedron = Octahedron::new();
     let mut bodies = Box::new(Bodies::new());
     let mut tissue = Tissue::new(octahedron.scene(), &mut bodies, Method::NeoHookean);
     let out = Vec3::new(1.0, 1.0, 1.0).normalize();
     let mut center_m = Vec3::new(1.0, 1.0, 1.0) * (SIZE_M / 3.0) + out * (BALL_M + 0.001);
     let mut ticks = List::new();
-    for way in ways {
+    for way in steps {
         center_m += way;
         let force_n = tissue.press(&ball(center_m)).force_n;
         let momentum: Vec3 = (0..6).map(|i| tissue.velocity_m_s(i) * MASS_KG).sum();
@@ -117,9 +117,9 @@ fn ball_drawn_along_the_skin_is_held_back() {
         Vec3::new(-1.0, -1.0, -1.0).normalize(),
         Vec3::new(1.0, -1.0, 0.0),
     );
-    let mut ways = List::from([inward * 1.0e-4; 15]);
-    ways.extend([along * 5.0e-5; 5]);
-    let ticks = follow(&ways);
+    let mut steps = List::from([inward * 1.0e-4; 15]);
+    steps.extend([along * 5.0e-5; 5]);
+    let ticks = follow(&steps);
     let (pressed, drawn) = (ticks[14].0, ticks[19].0);
     assert!(math::norm(&pressed) > 1.0e-4, "{pressed}");
     assert!(
@@ -136,10 +136,10 @@ fn turning_push_has_no_step() {
     for force_n in [0.01f32, 0.1, 1.0, 3.0] {
         let (mut push, to) = (Vec3::z(), -Vec3::z());
         for tick in 0..8000 {
-            let next = math::turned(&push, &to, super::turn_at_rest(force_n));
+            let next = math::rotated_towards(&push, &to, super::turn_max_at_rest_rad(force_n));
             let step_n = math::norm(&(next - push)) * force_n;
             assert!(
-                step_n < 1.05 * super::TURN_N,
+                step_n < 1.05 * super::TURN_STEP_N,
                 "tick {tick} at {force_n} N: {step_n} N"
             );
             push = next;
@@ -206,10 +206,10 @@ fn spheres_under_a_wide_ball_share_its_load() {
         .map(|i| -tissue.velocity_m_s(i).z)
         .collect();
     let sum: f32 = speeds.iter().sum();
-    let most = speeds.iter().copied().fold(0.0, f32::max);
-    let pressed = speeds.iter().filter(|v| **v > 1.0e-3 * most).count();
+    let speed_max = speeds.iter().copied().fold(0.0, f32::max);
+    let pressed = speeds.iter().filter(|v| **v > 1.0e-3 * speed_max).count();
     assert!(sum > 0.0 && pressed > 100, "{pressed} of {sum} m/s");
-    assert!(most < 0.06 * sum, "{} of all", most / sum);
+    assert!(speed_max < 0.06 * sum, "{} of all", speed_max / sum);
 }
 
 proptest! {
@@ -217,15 +217,15 @@ proptest! {
     /// spheres, friction included.
     #[test]
     fn spheres_and_tool_take_equal_momentum(
-        ways in prop::collection::vec(vector(2.0e-4), 1..40), inward in 0.0f32..2.0e-4,
+        steps in prop::collection::vec(vector(2.0e-4), 1..40), inward in 0.0f32..2.0e-4,
     ) {
         let inward = Vec3::new(-1.0, -1.0, -1.0) * inward;
-        let ways: List<Vec3> = ways.iter().map(|way| way + inward).collect();
+        let steps: List<Vec3> = steps.iter().map(|way| way + inward).collect();
         let mut before = Vec3::zeros();
-        for (force_n, momentum) in follow(&ways) {
-            let taken_n = (momentum - before) / 0.001;
-            let off_n = math::norm(&(taken_n + force_n));
-            prop_assert!(off_n < 1.0e-4 + 1.0e-3 * math::norm(&force_n), "{taken_n} {force_n}");
+        for (force_n, momentum) in follow(&steps) {
+            let received_n = (momentum - before) / 0.001;
+            let difference_n = math::norm(&(received_n + force_n));
+            prop_assert!(difference_n < 1.0e-4 + 1.0e-3 * math::norm(&force_n), "{received_n} {force_n}");
             before = momentum;
         }
     }

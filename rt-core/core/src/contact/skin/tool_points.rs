@@ -26,9 +26,9 @@ const PIECE_RADII: f32 = 2.4;
 /// Least length of a piece, m.
 const PIECE_MIN_M: f32 = 0.004;
 
-/// Points of all parts, each with the number that it keeps from tick to tick. Pieces are numbered
-/// from the far end `b`, so they travel with the instrument when the shaft slides through its port.
-/// When there is no room, the pieces nearest to the port are left out first.
+/// Points of all parts, each with a number that is constant from tick to tick. Pieces are numbered
+/// from the distal end `b`, so they travel with the instrument when the shaft slides through its
+/// port. When there is no room, the pieces nearest to the port are left out first.
 pub(crate) fn tool_points(parts: &[Capsule]) -> Vec<(u8, ToolPoint), MAX_TOOL_POINTS> {
     let mut all = Vec::new();
     let of = |tool| parts.iter().filter(move |part| part.role.tool() == tool);
@@ -47,7 +47,7 @@ fn points_of<'a>(
     parts: impl DoubleEndedIterator<Item = &'a Capsule> + Clone,
 ) -> Vec<ToolPoint, INSTRUMENT_POINTS> {
     let mut all = Vec::new();
-    // The round ends come first, so that they are never left out. The shaft has no end of its own,
+    // The round ends come first, so that they are never left out. The shaft has no round end,
     // because it ends in the jaws.
     for part in parts.clone().filter(|part| part.role != Role::Shaft) {
         let radius_m = part.radius_m;

@@ -1,7 +1,8 @@
-//! Tools against organs without a contact skin: ducts and vessels, as beads (balls) along a line.
+//! Contact of tools with organs without a contact skin: ducts and vessels, as beads (balls) along a
+//! line.
 //!
-//! Stage `contact` ([`TubeContacts::find`]) follows every part of a tool past every bead near it
-//! through the whole motion of a tick, so that a fast part does not jump through a tube. O(beads of
+//! Stage `contact` ([`TubeContacts::find`]) sweeps the motion of a tick: it follows every part of a
+//! tool past every bead near it, so that a fast part does not jump through a tube. O(beads of
 //! organs near · parts).
 
 mod sweep;
@@ -14,7 +15,7 @@ use crate::capacity::{MAX_CAPSULES, MAX_ORGANS, MAX_TUBE_CONTACTS};
 use crate::contact::constraint::{
     CANDIDATE_MARGIN_M, CachedForce, Candidate, ContactConstraints, ContactModel, ContactSite,
 };
-use crate::contact::friction::along_over_across;
+use crate::contact::friction::tangential_over_normal_compliance;
 use crate::contact::part_box::part_box;
 use crate::contact::patch::Patch;
 use crate::contact::separation::FilteredSeparation;
@@ -29,30 +30,32 @@ use crate::tool::{Capsule, Role};
 use crate::words::SphereBits;
 use sweep::{Axis, Motion, Side};
 
-/// Distance from a tool within which a bead is followed, m: the travel of tool and bead in a tick.
-const FOLLOW_M: f32 = 0.0065;
+/// Distance from a tool within which a bead is tracked, m: the travel of tool and bead in a tick.
+const TRACKING_RANGE_M: f32 = 0.0065;
 /// Separation below which a bead goes to the solver, because it may touch before the tick ends, m:
 /// the travel of the fastest sphere in a tick.
 const NEAR_M: f32 = 0.003;
 
-/// Share of its lag that the direction of a tube makes up in a tick, when the tube turns under a
-/// tool. A push that turned at once would be a follower load, under which a thin tube flutters
-/// (Beck's column, Bolotin 1963). A larger share follows faster, and comes nearer to flutter.
-const TURNS: f32 = 0.02;
+/// Share of its difference from the true direction of a tube by which the lagging direction changes
+/// in a tick. A force that turned with the tube at once would be a follower load, under which a
+/// thin tube flutters (Beck's column, Bolotin 1963). With a larger share the force follows faster,
+/// and is closer to flutter.
+const DIRECTION_UPDATE_SHARE: f32 = 0.02;
 /// Compression at which a tube is flat, in its radii. Its walls take the rest of its diameter.
-const FLAT_RADII: f32 = 1.6;
-/// Depth at which a part counts as having passed through a tube, in multiples of the sum of both
-/// radii. [`AHEAD`] adds to this depth.
-const THROUGH: f32 = 2.0;
-/// Addition to the depth of `THROUGH`, in multiples of the travel of part and bead in the tick.
-const AHEAD: f32 = 2.0;
+const FLAT_COMPRESSION_RADII: f32 = 1.6;
+/// Depth beyond which a part counts as having passed through a tube, in multiples of the sum of
+/// both radii. [`PASSED_TRAVELS`] adds to this depth.
+const PASSED_REACHES: f32 = 2.0;
+/// Addition to the depth of `PASSED_REACHES`, in multiples of the travel of part and bead in the
+/// tick.
+const PASSED_TRAVELS: f32 = 2.0;
 /// Largest offset of a contact that opens, m: a tube that is farther from the tool than this does
 /// not push.
 const OPENING_MAX_M: f32 = 0.000_3;
 
-/// Share of the remaining way by which a tick fades the push on a bead that the jaws hold, or
-/// restores the push on a released bead: three quarters of the way within 0.2 s.
-const LOOSEN: f32 = 0.007;
+/// Share of the remaining change that a tick makes when the force on a bead in the jaws fades out,
+/// or the force on a released bead fades in: three quarters of the change within 0.2 s.
+const HOLD_FADE_SHARE: f32 = 0.007;
 
 /// Contact of a part of a tool with a bead near it, at the end of a tick.
 #[derive(Debug, Clone, Copy)]
@@ -61,37 +64,37 @@ struct PersistentContact {
     part: Role,
     side: Side,
     bead_m: Vec3,
-    /// Direction of the tube at the bead, which lags behind the true direction ([`TURNS`]).
+    /// Direction of the tube at the bead, which lags behind the true direction
+    /// ([`DIRECTION_UPDATE_SHARE`]).
     along: Vec3,
     separation: FilteredSeparation,
     cached: CachedForce,
-    /// Share of the bead's stiffness that acts: 1; it fades to 0 while the jaws hold the bead.
-    loose: f32,
-    /// `loose` × [`Side::weight`] × the share of the tissue that damage and removed cells have
-    /// left.
+    /// 1; while the jaws hold the bead, it fades to 0.
+    free_share: f32,
+    /// Share of the bead's full stiffness that acts now: `free_share` × [`Side::weight`] × the
+    /// share of the tissue that is neither damaged nor removed.
     weight: f32,
 }
 
 impl PersistentContact {
-    /// Weighted overlap, m: a measure of the load, by which beads with equally stiff walls are
-    /// compared.
+    /// Weighted overlap, m: a measure of the load, by which neighbouring beads are compared.
     fn load_m(&self) -> f32 {
         self.weight * (-self.separation.separation_m).max(0.0)
     }
 }
 
-/// Contacts of the last tick, as one bead sees them.
+/// Contacts of the last tick, with the place of one bead among them.
 #[derive(Clone, Copy)]
 struct LastTick<'a> {
     /// Sorted by bead.
     contacts: &'a [PersistentContact],
     /// Index of the first contact of this bead or a later one.
-    at: usize,
+    start: usize,
 }
 
 impl<'a> LastTick<'a> {
     fn contact(&self, bead: u16, part: Role) -> Option<&'a PersistentContact> {
-        let own = self.contacts.get(self.at..)?.iter();
+        let own = self.contacts.get(self.start..)?.iter();
         let mut own = own.take_while(|contact| contact.bead == bead);
         own.find(|contact| contact.part == part)
     }
@@ -137,44 +140,45 @@ impl TubeContacts {
         for ((organ, it), bounds) in (0u8..).zip(scene.organs).zip(bounds) {
             let mut near: Vec<&Capsule, MAX_CAPSULES> = Vec::new();
             for part in parts {
-                if part_box(part).is_near(bounds, FOLLOW_M) {
-                    let _ = near.push(part); // as many as `parts` at most
+                if part_box(part).is_near(bounds, TRACKING_RANGE_M) {
+                    let _ = near.push(part); // at most all parts
                 }
             }
             if near.is_empty() {
                 continue;
             }
             for (number, bead) in bodies.beads.of(organ) {
-                let ball = bead.now(bodies);
+                let ball = bead.present_ball(bodies);
                 while cursor.as_slice().first().is_some_and(|t| t.bead < number) {
                     let _ = cursor.next();
                 }
                 let last_tick = LastTick {
                     contacts: &before,
-                    at: before.len() - cursor.len(),
+                    start: before.len() - cursor.len(),
                 };
                 for part in near.iter().filter(|part| may_touch(part, &ball)) {
                     let last = last_tick.contact(number, part.role);
-                    let along = last.map_or(ball.along, |last| lagging(&last.along, &ball.along));
+                    let along = last.map_or(ball.along, |last| lagged(&last.along, &ball.along));
                     let ball = Ball { along, ..ball };
                     let (mut contact, travel_m) =
-                        self.meet(part, (number, bead), &ball, last_tick, bodies);
-                    let is_held = is_held(bead, bodies);
-                    let loose = if is_held { 0.0 } else { 1.0 };
-                    // A held bead that does not touch the part has no force to fade, so it stops
-                    // acting at once. Otherwise the closing jaws would squeeze it out.
-                    let step = match is_held && contact.separation.separation_m > 0.0 {
+                        self.track(part, (number, bead), &ball, last_tick, bodies);
+                    let is_in_jaws = is_in_jaws(bead, bodies);
+                    let free_share = if is_in_jaws { 0.0 } else { 1.0 };
+                    // A bead in the jaws that does not touch the part has no force that must fade,
+                    // so its stiffness vanishes at once. Otherwise the closing jaws would squeeze
+                    // it out.
+                    let fade = match is_in_jaws && contact.separation.separation_m > 0.0 {
                         true => 1.0,
-                        false => LOOSEN,
+                        false => HOLD_FADE_SHARE,
                     };
-                    contact.loose += step * (loose - contact.loose);
-                    let of_link = bead
+                    contact.free_share += fade * (free_share - contact.free_share);
+                    let link_share = bead
                         .link
-                        .map_or(1.0, |link| bodies.parted.left_of_link(link));
-                    let [a, b] = [bead.a, bead.b].map(|i| bodies.cells.left_of(i.into()));
-                    let remains = of_link * a.min(b);
-                    contact.weight = remains
-                        * contact.loose
+                        .map_or(1.0, |link| bodies.damage.intact_of_link(link));
+                    let [a, b] = [bead.a, bead.b].map(|i| bodies.cells.remaining_share(i.into()));
+                    let intact_share = link_share * a.min(b);
+                    contact.weight = intact_share
+                        * contact.free_share
                         * contact.side.weight(
                             &axis(part),
                             &ball.center_m,
@@ -205,7 +209,7 @@ impl TubeContacts {
     }
 
     /// Tracks a part past a bead; returns the contact and the travel of the part's point, m.
-    fn meet(
+    fn track(
         &self,
         part: &Capsule,
         (number, bead): (u16, &Bead),
@@ -226,13 +230,15 @@ impl TubeContacts {
             reach_m,
             slip_m: SLIP_M,
         });
-        // A part deeper than `THROUGH` has passed through the tube and loses its old side, unless
-        // the motion of this tick alone brought it so deep (`AHEAD`), or its depth decreases.
+        // A part deeper than `PASSED_REACHES` has passed through the tube and loses its old side,
+        // unless the motion of this tick alone brought it so deep (`PASSED_TRAVELS`), or its depth
+        // decreases.
         let moved_m = motion.as_ref().map_or(0.0, Motion::travel_m);
         let last_separation_m = last.map_or(0.0, |last| last.separation.measured_m());
         let is_this_side = |side: &Side| {
             let separation_m = separation_m(side);
-            separation_m > -THROUGH * reach_m - AHEAD * moved_m || separation_m > last_separation_m
+            separation_m > -PASSED_REACHES * reach_m - PASSED_TRAVELS * moved_m
+                || separation_m > last_separation_m
         };
         let side = last
             .zip(motion)
@@ -242,16 +248,16 @@ impl TubeContacts {
             travel_m(before, part, side.unwrap_or(first).share)
         });
         // All of a tube lies on one side of a tool. Of the two neighbours of a bead, the neighbour
-        // under the larger load leads. The bead takes the leader's side if it has the opposite side
-        // and less load, or if it had no side or no weight.
-        let leader = leading(last_tick, (number, bead), part.role, bodies);
-        let led = leader.map(|it| {
+        // under the larger load is the leader. The bead takes the leader's side if it is on the
+        // opposite side and bears less load, or if it had no side or no weight.
+        let leader = leader_of(last_tick, (number, bead), part.role, bodies);
+        let led_side = leader.map(|it| {
             it.side
                 .at_neighbour(&now, &ball.center_m, &ball.along, reach_m)
         });
-        let led = led.filter(is_this_side);
+        let led_side = led_side.filter(is_this_side);
         let acting = last.filter(|last| last.weight > 0.0);
-        let differs = |side: &Side, leader: &PersistentContact| {
+        let must_switch = |side: &Side, leader: &PersistentContact| {
             let is_stronger = acting.is_none_or(|own| own.load_m() < leader.load_m());
             is_stronger && side.normal.dot(&leader.side.normal) < 0.0
         };
@@ -262,15 +268,15 @@ impl TubeContacts {
             bead_m: ball.center_m,
             along: ball.along,
             separation: FilteredSeparation::NONE,
-            cached: CachedForce::NOTHING,
-            loose: last.map_or(1.0, |last| last.loose),
+            cached: CachedForce::ZERO,
+            free_share: last.map_or(1.0, |last| last.free_share),
             weight: 0.0,
         };
-        let contact = match (side, acting, leader, led) {
-            (Some(side), _, Some(leader), Some(led)) if differs(&side, leader) => {
+        let contact = match (side, acting, leader, led_side) {
+            (Some(side), _, Some(leader), Some(led_side)) if must_switch(&side, leader) => {
                 PersistentContact {
-                    side: led,
-                    separation: FilteredSeparation::first(separation_m(&led)),
+                    side: led_side,
+                    separation: FilteredSeparation::first(separation_m(&led_side)),
                     ..new
                 }
             }
@@ -286,9 +292,9 @@ impl TubeContacts {
                     ..*last
                 }
             }
-            (_, _, Some(leader), Some(led)) => PersistentContact {
-                side: led,
-                separation: leader.separation.at(separation_m(&led)),
+            (_, _, Some(leader), Some(led_side)) => PersistentContact {
+                side: led_side,
+                separation: leader.separation.moved_to(separation_m(&led_side)),
                 ..new
             },
             (side, ..) => {
@@ -303,7 +309,7 @@ impl TubeContacts {
         (contact, travel_m)
     }
 
-    /// Stores a contact. When there is no room, the deepest stay, sorted by bead.
+    /// Stores a contact, sorted by bead. When there is no room, the shallowest is dropped.
     fn keep(&mut self, contact: PersistentContact, faults: &mut FaultSet) {
         let Err(contact) = self.contacts.push(contact) else {
             return;
@@ -339,29 +345,29 @@ impl TubeContacts {
     }
 }
 
-/// The lagging direction of a tube, a tick later ([`TURNS`]).
-fn lagging(last: &Vec3, now: &Vec3) -> Vec3 {
-    math::unit(&(last + (now - last) * TURNS)).unwrap_or(*now)
+/// The lagging direction of a tube, a tick later ([`DIRECTION_UPDATE_SHARE`]).
+fn lagged(last: &Vec3, now: &Vec3) -> Vec3 {
+    math::unit(&(last + (now - last) * DIRECTION_UPDATE_SHARE)).unwrap_or(*now)
 }
 
-/// Last contact of this part with a neighbour of this bead on its tube; of two neighbours, the one
-/// under the larger load.
-fn leading<'a>(
+/// Last contact of this part with a neighbour of this bead on its tube; of two neighbours, the
+/// neighbour under the larger load.
+fn leader_of<'a>(
     last_tick: LastTick<'a>,
     (number, bead): (u16, &Bead),
     part: Role,
     bodies: &Bodies,
 ) -> Option<&'a PersistentContact> {
-    let LastTick { contacts, at } = last_tick;
-    let (before, after) = contacts.split_at(at.min(contacts.len()));
+    let LastTick { contacts, start } = last_tick;
+    let (before, after) = contacts.split_at(start.min(contacts.len()));
     let beads = &bodies.beads;
     let last = number.checked_sub(1).filter(|last| {
         let last = beads.get(*last);
-        last.is_some_and(|last| last.leads_to(bead))
+        last.is_some_and(|last| last.is_followed_by(bead))
     });
     let next = number.checked_add(1).filter(|next| {
         let next = beads.get(*next);
-        next.is_some_and(|next| bead.leads_to(next))
+        next.is_some_and(|next| bead.is_followed_by(next))
     });
     let acts = |it: &&PersistentContact| it.part == part && it.weight > 0.0;
     let before = before.iter().rev();
@@ -386,7 +392,7 @@ fn candidate(
     let mut patch = Patch::default();
     patch.add(u32::from(bead.a), 1.0 - bead.share);
     patch.add(u32::from(bead.b), bead.share);
-    let behind_m_n = behind_m_n(&patch, material, bodies);
+    let backing_compliance_m_n = backing_compliance_m_n(&patch, material, bodies);
     let center_m = contact.side.at_m(&axis(part));
     let wall_n_m = material.contact_stiffness_n_m * bead.stiffness_share * weight;
     Candidate {
@@ -400,29 +406,29 @@ fn candidate(
         at_m: center_m - contact.side.normal * part.radius_m,
         model: ContactModel::Wall {
             wall_n_m,
-            flat_m: FLAT_RADII * ball_radius_m,
-            behind_m_n,
+            flat_m: FLAT_COMPRESSION_RADII * ball_radius_m,
+            backing_compliance_m_n,
         },
         separation_m: contact.separation.separation_m,
         travel_m: Vec3::zeros(),
         friction: material.friction,
-        along_n_m: wall_n_m / along_over_across(material.poisson),
+        bristle_stiffness_n_m: wall_n_m / tangential_over_normal_compliance(material.poisson),
         cached: contact.cached,
     }
 }
 
-/// Compliance of the tissue behind a bead within a tick, m/N. Each sphere of the bead counts with
-/// its mass. The sphere also counts as held twice as stiffly as a ball embedded in its tissue,
-/// because it may lie on other tissue.
-fn behind_m_n(patch: &Patch, material: &Material, bodies: &Bodies) -> f32 {
+/// Compliance of the tissue behind a bead within a tick, m/N. A sphere of the bead resists with its
+/// mass, and with twice the stiffness of a ball embedded in its tissue, because it may lie on other
+/// tissue.
+fn backing_compliance_m_n(patch: &Patch, material: &Material, bodies: &Bodies) -> f32 {
     let yields = |(sphere, weight): (u32, f32)| {
         let inverse_mass_per_kg = bodies.nodes.at(sphere).inverse_mass_per_kg();
-        let held_n_m = 2.0 * embedded_n_m(material, *bodies.radius_m.at(sphere));
+        let embedding_n_m = 2.0 * embedded_n_m(material, *bodies.radius_m.at(sphere));
         // Equal to `1 / (held + m / T²)`, and defined for a fixed sphere as well.
-        let moves_m_n = inverse_mass_per_kg * TICK_S * TICK_S;
-        weight * weight * moves_m_n / (1.0 + held_n_m * moves_m_n)
+        let free_m_n = inverse_mass_per_kg * TICK_S * TICK_S;
+        weight * weight * free_m_n / (1.0 + embedding_n_m * free_m_n)
     };
-    patch.parts().map(yields).sum()
+    patch.spheres().map(yields).sum()
 }
 
 /// Stiffness of a rigid ball in infinite elastic tissue, N/m: `24 π G (1 − ν) r / (5 − 6 ν)` (Lur'e
@@ -434,12 +440,12 @@ fn embedded_n_m(material: &Material, radius_m: f32) -> f32 {
 }
 
 fn may_touch(part: &Capsule, ball: &Ball) -> bool {
-    let within_m = ball.radius_m + part.radius_m + FOLLOW_M;
-    axis(part).distance_squared_m2(&ball.center_m) < within_m * within_m
+    let range_m = ball.radius_m + part.radius_m + TRACKING_RANGE_M;
+    axis(part).distance_squared_m2(&ball.center_m) < range_m * range_m
 }
 
 /// True while the jaws hold the bead.
-fn is_held(bead: &Bead, bodies: &Bodies) -> bool {
+fn is_in_jaws(bead: &Bead, bodies: &Bodies) -> bool {
     let held = |sphere: u16| {
         let bits = bodies.bits.at(u32::from(sphere));
         bits.contains(SphereBits::GRASPED)

@@ -20,7 +20,7 @@ pub(crate) struct Axis {
 }
 
 impl Axis {
-    fn at(&self, share: f32) -> Vec3 {
+    fn point_at(&self, share: f32) -> Vec3 {
         self.a_m + (self.b_m - self.a_m) * share
     }
 
@@ -33,7 +33,7 @@ impl Axis {
 
     /// Squared distance from a point, m².
     pub(crate) fn distance_squared_m2(&self, point_m: &Vec3) -> f32 {
-        (self.at(self.nearest_share(point_m)) - point_m).norm_squared()
+        (self.point_at(self.nearest_share(point_m)) - point_m).norm_squared()
     }
 
     /// Closest place on the axis to a point, 0 to 1.
@@ -49,12 +49,12 @@ impl Axis {
     }
 }
 
-/// Component of `v` across the tube.
-fn across(v: &Vec3, along: &Vec3) -> Vec3 {
+/// Component of `v` perpendicular to the tube.
+fn cross_section(v: &Vec3, along: &Vec3) -> Vec3 {
     v - along * along.dot(v)
 }
 
-const UP: Vec3 = Vec3::new(0.0, 0.0, 1.0);
+const ANY_DIRECTION: Vec3 = Vec3::new(0.0, 0.0, 1.0);
 
 /// The side of a bead on which a tool lies.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,8 +83,8 @@ impl Motion {
     pub(crate) fn travel_m(&self) -> f32 {
         let [from, to] = &self.axis;
         let tool_m = math::norm(&(to.a_m - from.a_m)).max(math::norm(&(to.b_m - from.b_m)));
-        let [was_m, is_m] = &self.bead_m;
-        tool_m + math::norm(&(is_m - was_m))
+        let [before_m, after_m] = &self.bead_m;
+        tool_m + math::norm(&(after_m - before_m))
     }
 }
 
@@ -92,16 +92,22 @@ impl Side {
     /// Side of a tool at its first tick near the bead.
     pub(crate) fn first(axis: &Axis, bead_m: &Vec3, along: &Vec3) -> Self {
         let share = axis.nearest_share(bead_m);
-        let away_m = across(&(axis.at(share) - bead_m), along);
+        let from_bead_m = cross_section(&(axis.point_at(share) - bead_m), along);
         // A bead on the axis gets an arbitrary side, which must always be the same.
-        let any = || math::across(if *along == Vec3::zeros() { &UP } else { along });
+        let fallback = || {
+            math::perpendicular(if *along == Vec3::zeros() {
+                &ANY_DIRECTION
+            } else {
+                along
+            })
+        };
         Self {
-            normal: math::unit(&away_m).unwrap_or_else(any),
+            normal: math::unit(&from_bead_m).unwrap_or_else(fallback),
             share,
         }
     }
 
-    /// This side at a neighbouring bead: the one that [`Side::follow`] would have reached there.
+    /// This side at a neighbouring bead: the side that [`Side::follow`] would have reached there.
     pub(crate) fn at_neighbour(
         &self,
         axis: &Axis,
@@ -109,7 +115,7 @@ impl Side {
         along: &Vec3,
         reach_m: f32,
     ) -> Self {
-        let normal = math::unit(&across(&self.normal, along)).unwrap_or(self.normal);
+        let normal = math::unit(&cross_section(&self.normal, along)).unwrap_or(self.normal);
         let nearest = Self {
             normal,
             share: axis.nearest_share(bead_m),
@@ -117,33 +123,33 @@ impl Side {
         if !nearest.is_engaged(axis, bead_m, along, reach_m) {
             return nearest;
         }
-        // Lifting an oblique axis moves its closest place along the axis, and that place then needs
+        // Lifting an oblique axis moves its closest place along the axis, and the new place needs
         // another lift. `share` is the place to which these lifts converge.
         let axis_m = axis.b_m - axis.a_m;
-        let tilt_m = normal.dot(&axis_m);
-        let flat_m2 = (axis_m.norm_squared() - tilt_m * tilt_m).max(1.0e-12);
+        let rise_m = normal.dot(&axis_m);
+        let level_m2 = (axis_m.norm_squared() - rise_m * rise_m).max(1.0e-12);
         let share = axis.line_share(bead_m);
-        let deep_m = -Self { normal, share }.separation_m(axis, bead_m, reach_m);
+        let overlap_m = -Self { normal, share }.separation_m(axis, bead_m, reach_m);
         Self {
             normal,
-            share: (share - tilt_m * deep_m / flat_m2).clamp(0.0, 1.0),
+            share: (share - rise_m * overlap_m / level_m2).clamp(0.0, 1.0),
         }
     }
 
     /// True while a tool overlaps the tube, at this bead or within a margin along the tube.
     fn is_engaged(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3, reach_m: f32) -> bool {
-        let away_m = axis.at(self.share) - bead_m;
+        let from_bead_m = axis.point_at(self.share) - bead_m;
         // With the margin, the beads next to those that the tool touches keep the same side.
-        let is_abreast = along.dot(&away_m).abs() < reach_m + ENGAGED_MARGIN_M;
-        self.normal.dot(&away_m) < reach_m && is_abreast
+        let is_alongside = along.dot(&from_bead_m).abs() < reach_m + ENGAGED_MARGIN_M;
+        self.normal.dot(&from_bead_m) < reach_m && is_alongside
     }
 
-    /// The axis, lifted out to where it touches if the tool overlaps the tube.
+    /// The axis; if the tool overlaps the tube, it is lifted until they just touch.
     fn lifted(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3, reach_m: f32) -> Axis {
         if !self.is_engaged(axis, bead_m, along, reach_m) {
             return *axis;
         }
-        let height_m = self.normal.dot(&(axis.at(self.share) - bead_m));
+        let height_m = self.normal.dot(&(axis.point_at(self.share) - bead_m));
         let lift_m = self.normal * (reach_m - height_m);
         Axis {
             a_m: axis.a_m + lift_m,
@@ -152,23 +158,23 @@ impl Side {
     }
 
     /// Side after this motion; `None` after a jump. A tool that overlaps is lifted out along the
-    /// last normal and followed there, as a god-object is, so it keeps its side.
+    /// last normal and followed there, as a god-object is. So it keeps its side.
     pub(crate) fn follow(&self, motion: &Motion) -> Option<Self> {
         let travel_m = motion.travel_m();
         let steps = travel_m / (STEP_REACHES * motion.reach_m.max(1.0e-6));
         if steps.is_nan() || steps > STEPS_MAX {
             return None;
         }
-        let count = (steps as u16).saturating_add(1); // `as` cuts off
-        let per = f32::from(count).recip();
-        let slip_m = motion.slip_m + 2.0 * travel_m * per;
+        let count = (steps as u16).saturating_add(1); // `as` truncates
+        let step_share = f32::from(count).recip();
+        let slip_m = motion.slip_m + 2.0 * travel_m * step_share;
         let mut side = *self;
         for step in 1..=count {
-            let share = f32::from(step) * per;
+            let share = f32::from(step) * step_share;
             let [from, to] = &motion.axis;
-            let [was_m, is_m] = &motion.bead_m;
+            let [before_m, after_m] = &motion.bead_m;
             let axis = from.moved_to(to, share);
-            let bead_m = was_m + (is_m - was_m) * share;
+            let bead_m = before_m + (after_m - before_m) * share;
             side = side.step(&axis, &bead_m, motion, slip_m);
         }
         Some(side)
@@ -176,7 +182,7 @@ impl Side {
 
     fn step(&self, axis: &Axis, bead_m: &Vec3, motion: &Motion, slip_m: f32) -> Self {
         let along = &motion.along;
-        let normal = math::unit(&across(&self.normal, along)).unwrap_or(self.normal);
+        let normal = math::unit(&cross_section(&self.normal, along)).unwrap_or(self.normal);
         let from = Self {
             normal,
             share: self.share,
@@ -184,20 +190,20 @@ impl Side {
         let is_engaged = from.is_engaged(axis, bead_m, along, motion.reach_m);
         let lifted = from.lifted(axis, bead_m, along, motion.reach_m);
         let share = lifted.nearest_share(bead_m);
-        let away_m = across(&(lifted.at(share) - bead_m), along);
-        let away = math::unit(&away_m).unwrap_or(normal);
+        let from_bead_m = cross_section(&(lifted.point_at(share) - bead_m), along);
+        let direction = math::unit(&from_bead_m).unwrap_or(normal);
         // A tool that does not overlap the tube may change its side freely.
-        let turn = away - normal;
-        let most = if is_engaged {
+        let turn = direction - normal;
+        let turn_max = if is_engaged {
             slip_m / motion.reach_m.max(1.0e-6)
         } else {
             2.0
         };
-        let size = math::norm(&turn);
-        let turned = if size > most {
-            normal + turn * (most / size)
+        let turn_size = math::norm(&turn);
+        let turned = if turn_size > turn_max {
+            normal + turn * (turn_max / turn_size)
         } else {
-            away
+            direction
         };
         Self {
             normal: math::unit(&turned).unwrap_or(normal),
@@ -207,7 +213,7 @@ impl Side {
 
     /// Separation of tube and tool across the tube, m; negative where they overlap.
     pub(crate) fn separation_m(&self, axis: &Axis, bead_m: &Vec3, reach_m: f32) -> f32 {
-        self.normal.dot(&(axis.at(self.share) - bead_m)) - reach_m
+        self.normal.dot(&(axis.point_at(self.share) - bead_m)) - reach_m
     }
 
     /// Share of the bead's stiffness that acts. The share falls to zero where the tool's point is a
@@ -215,13 +221,13 @@ impl Side {
     /// bead to bead without a step, and a tool that presses on the tube does not push along the
     /// tube.
     pub(crate) fn weight(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3, reach_m: f32) -> f32 {
-        let off = along.dot(&(axis.at(self.share) - bead_m)) / reach_m.max(1.0e-6);
-        (1.0 - off * off).max(0.0)
+        let along_share = along.dot(&(axis.point_at(self.share) - bead_m)) / reach_m.max(1.0e-6);
+        (1.0 - along_share * along_share).max(0.0)
     }
 
     /// Point of the tool's axis at `share`, m.
     pub(crate) fn at_m(&self, axis: &Axis) -> Vec3 {
-        axis.at(self.share)
+        axis.point_at(self.share)
     }
 }
 
@@ -283,7 +289,7 @@ mod tests {
         #[test]
         fn passing_tool_makes_no_contact(from in vector(0.006), way in vector(0.003), half in vector(0.02)) {
             let (from, to) = (rod(from, half), rod(from + way, half));
-            let nearest_m = |axis: &Axis| math::norm(&axis.at(axis.nearest_share(&Vec3::zeros())));
+            let nearest_m = |axis: &Axis| math::norm(&axis.point_at(axis.nearest_share(&Vec3::zeros())));
             for step in 0u8..=20 {
                 let between = from.moved_to(&to, f32::from(step) / 20.0);
                 prop_assume!(nearest_m(&between) > 1.1 * REACH_M);
@@ -297,9 +303,9 @@ mod tests {
         /// [`Side::follow`] would settle. Otherwise the bead's separation would jump when its
         /// weight rises above zero, because from then on the bead is followed.
         #[test]
-        fn led_bead_lies_where_a_followed_one_does(deep_m in 1.0e-4f32..0.004, middle in vector(0.01), half in vector(0.02)) {
+        fn bead_with_its_leaders_side_lies_where_a_followed_bead_does(overlap_m in 1.0e-4f32..0.004, middle in vector(0.01), half in vector(0.02)) {
             let leader = Side { normal: Vec3::z(), share: 0.5 };
-            let still = rod(Vec3::new(middle.x, middle.y, REACH_M - deep_m), half);
+            let still = rod(Vec3::new(middle.x, middle.y, REACH_M - overlap_m), half);
             let motion = Motion { slip_m: 0.0, ..motion(still, still) };
             let led = leader.at_neighbour(&still, &Vec3::zeros(), &motion.along, REACH_M);
             let engaged = |side: &Side| side.is_engaged(&still, &Vec3::zeros(), &motion.along, REACH_M);
@@ -318,7 +324,7 @@ mod tests {
         fn separation_is_continuous(
             start in vector(1.0), ways in prop::collection::vec(vector(3.0e-5), 1..200), half in vector(0.02),
         ) {
-            let start = across(&start, &Vec3::y());
+            let start = cross_section(&start, &Vec3::y());
             let from = math::unit(&start).unwrap_or_else(Vec3::z) * (1.02 * REACH_M);
             let half = half - from * (half.dot(&from) / from.norm_squared());
             let mut axis = rod(from, half);

@@ -12,7 +12,7 @@ use proptest::test_runner::TestRunner;
 use crate::capacity::MAX_ORGANS;
 use crate::contact::constraint::{ContactConstraint, ContactConstraints, ContactModel};
 use crate::contact::patch::Patch;
-use crate::contact::tube::{TubeContacts, behind_m_n};
+use crate::contact::tube::{TubeContacts, backing_compliance_m_n};
 use crate::fault::FaultSet;
 use crate::math::{self, Vec3};
 use crate::scene::tests::{organ, room, sphere};
@@ -47,12 +47,12 @@ impl Duct {
             })
             .collect();
         let mut links = List::new();
-        for (apart, compliance_m_n) in [(1, 1.0e-3), (2, 5.0e-3)] {
-            for a in 0..SPHERES - apart {
+        for (distance, compliance_m_n) in [(1, 1.0e-3), (2, 5.0e-3)] {
+            for a in 0..SPHERES - distance {
                 links.push(Link {
                     a,
-                    b: a + apart,
-                    rest_length_m: apart as f32 * SPACING_M,
+                    b: a + distance,
+                    rest_length_m: distance as f32 * SPACING_M,
                     compliance_m_n,
                 });
             }
@@ -103,7 +103,7 @@ fn duct_is_a_string_of_beads() {
     assert_eq!(beads.len(), 4 * (SPHERES as usize - 1));
     for (_, bead) in beads {
         assert_eq!(bead.a.abs_diff(bead.b), 1);
-        let ball = bead.now(&bodies);
+        let ball = bead.present_ball(&bodies);
         assert!(ball.center_m.y.abs() + ball.center_m.z.abs() < 1.0e-9);
         assert!((ball.radius_m - RADIUS_M).abs() < 1.0e-9);
         assert!(ball.along.x.abs() > 0.999);
@@ -147,7 +147,7 @@ fn walls_n_m(tubes: &mut TubeContacts, scene: &Scene<'_>, bodies: &Bodies) -> f3
 }
 
 #[test]
-fn jaws_do_not_push_what_they_hold() {
+fn jaws_do_not_push_beads_between_them() {
     let duct = Duct::new();
     let scene = Scene::new(&duct.organs, &duct.spheres, &duct.links, room()).unwrap();
     let mut bodies = Box::new(Bodies::new());
@@ -192,19 +192,21 @@ struct Crossing {
 /// Returns whether the hook was felt, and whether at the end it pushes the duct ahead. `None` if
 /// the hook would end off the duct.
 fn crossed(it: &Crossing) -> Option<[bool; 2]> {
-    let way = Vec3::new(0.0, it.turn.cos(), it.turn.sin());
+    let direction = Vec3::new(0.0, it.turn.cos(), it.turn.sin());
     let across = Vec3::new(it.tilt, -it.turn.sin(), it.turn.cos()).normalize();
-    let step_m = (way + Vec3::x() * it.along) * (it.speed_m_s * 1.0e-3);
+    let step_m = (direction + Vec3::x() * it.along) * (it.speed_m_s * 1.0e-3);
     let ticks = (0.020 / (it.speed_m_s * 1.0e-3)) as u16;
-    let from_m = Vec3::x() * it.place_m - way * 0.010 - step_m * it.start;
+    let from_m = Vec3::x() * it.place_m - direction * 0.010 - step_m * it.start;
     let at_m = |t: u16| from_m + step_m * f32::from(t.min(ticks));
     if at_m(ticks).x.abs() >= 0.010 {
         return None; // between the held ends
     }
     let felt = Duct::new().meet((0..ticks + 60).map(|t| hook(at_m(t), across * 0.005)));
-    let is_felt = felt.iter().any(|(force_n, _)| force_n.dot(&way) < 0.0);
+    let is_felt = felt
+        .iter()
+        .any(|(force_n, _)| force_n.dot(&direction) < 0.0);
     let (force_n, middle_m) = felt.last()?;
-    let is_pushed = force_n.dot(&way) < 0.0 && middle_m.dot(&way) > 0.001;
+    let is_pushed = force_n.dot(&direction) < 0.0 && middle_m.dot(&direction) > 0.001;
     Some([is_felt, is_pushed])
 }
 
@@ -269,7 +271,7 @@ fn compliance_behind_a_bead_is_lures() {
         let mut patch = Patch::default();
         patch.add(0, shares[0]);
         patch.add(1, shares[1]);
-        behind_m_n(&patch, &material, bodies)
+        backing_compliance_m_n(&patch, &material, bodies)
     };
     let alone = behind([1.0, 0.0], &bodies);
     assert!((alone * 67.9 - 1.0).abs() < 0.01, "{alone}");

@@ -8,14 +8,14 @@ use crate::scene::{Cell, Scene};
 use crate::tissue::cells::Removed;
 use crate::tissue::{Bodies, Bounds};
 
-/// Largest number of cells under a tip; further ones take no heat in this tick.
-const UNDER: usize = 48;
-/// Distance from the electrode's middle within which a cell is tested, m. For this first check, the
-/// cell moves with its nearest sphere alone.
-const MAYBE_M: f32 = 0.010;
+/// Largest number of cells under a tip; further cells absorb no heat in this tick.
+const TOUCHED_MAX: usize = 48;
+/// Distance from the electrode's middle within which a cell is tested, m. This first check uses an
+/// approximate position of the cell, from its nearest sphere alone.
+const SEARCH_RADIUS_M: f32 = 0.010;
 
-/// Radius of the ball that stands for a cell, as a share of its longest side.
-const RADIUS: f32 = 0.5;
+/// Radius of the ball that approximates a cell, as a share of the cell's longest side.
+const RADIUS_SHARE: f32 = 0.5;
 
 /// Contact area of an electrode with a cell, m².
 #[derive(Debug, Clone, Copy)]
@@ -37,12 +37,12 @@ impl Bodies {
         mut removed: impl FnMut(Removed),
     ) {
         for touched in touched {
-            let energy_j = dose.whole_j_m2() * touched.area_m2;
+            let energy_j = dose.total_j_m2() * touched.area_m2;
             let Some(record) = scene.layers.cell(touched.cell) else {
                 continue;
             };
             burnt(touched.organ, energy_j);
-            if self.cells.give(touched.cell, record, energy_j)
+            if self.cells.add_heat(touched.cell, record, energy_j)
                 && let Some(cell) = self.remove_cell(touched.cell, scene)
             {
                 removed(cell);
@@ -56,23 +56,23 @@ impl Bodies {
         electrode: &Electrode,
         scene: &Scene<'_>,
         bounds: &[Bounds; MAX_ORGANS],
-    ) -> Vec<TouchedCell, UNDER> {
+    ) -> Vec<TouchedCell, TOUCHED_MAX> {
         let mut touched = Vec::new();
         let middle_m = electrode.middle_m();
         let mut around = Bounds::EMPTY;
-        around.add(&middle_m, MAYBE_M);
+        around.add(&middle_m, SEARCH_RADIUS_M);
         let mut near = [false; MAX_ORGANS];
         for ((near, bounds), _) in near.iter_mut().zip(bounds).zip(scene.organs) {
             *near = bounds.is_near(&around, 0.0);
         }
         for (index, cell) in (0u16..).zip(scene.layers.cells) {
-            let may = self.cells.is_exposed(index) && self.cells.is_there(index);
+            let is_candidate = self.cells.is_exposed(index) && self.cells.is_present(index);
             let organ = *self.organ.at(cell.sphere());
-            if !may || !near.get(usize::from(organ)).is_some_and(|near| *near) {
+            if !is_candidate || !near.get(usize::from(organ)).is_some_and(|near| *near) {
                 continue;
             }
-            let about_m = cell.center_m + self.nodes.at(cell.sphere()).moved_m();
-            if (about_m - middle_m).norm_squared() > MAYBE_M * MAYBE_M {
+            let approximate_m = cell.center_m + self.nodes.at(cell.sphere()).moved_m();
+            if (approximate_m - middle_m).norm_squared() > SEARCH_RADIUS_M * SEARCH_RADIUS_M {
                 continue;
             }
             let share = electrode.touches_ball(&self.cell_at_m(cell), radius_m(cell));
@@ -95,7 +95,7 @@ impl Bodies {
 }
 
 fn radius_m(cell: &Cell) -> f32 {
-    RADIUS * cell.extent_m.iter().copied().fold(0.0, f32::max)
+    RADIUS_SHARE * cell.extent_m.iter().copied().fold(0.0, f32::max)
 }
 
 /// Mean cross-section of the cell perpendicular to its longest side, m².

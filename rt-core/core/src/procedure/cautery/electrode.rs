@@ -1,4 +1,4 @@
-//! The bare tip of the hook under current: its position, its contact area, its energy.
+//! The bare tip of the hook under current: position, contact area and energy.
 
 use crate::math::{self, Vec3};
 use crate::port::PedalSample;
@@ -10,14 +10,14 @@ use crate::tool::{Instrument, Role, ToolState};
 const POWER_W: f32 = 30.0;
 /// Share of the power that becomes heat near the tip. Of the resistance around a small ball in
 /// tissue, `(1/a − 1/r) / 4πσ`, half lies within one radius of the ball's surface. The rest of the
-/// power hardly warms the organ.
-const NEAR: f32 = 0.5;
+/// power spreads over the organ and hardly warms it.
+const HEAT_SHARE: f32 = 0.5;
 /// Share of the heat that divides tissue at the tip under a cutting current, which boils cells at
-/// once; the rest desiccates the tissue around the tip. The share is assumed.
-const CUTTING_PARTS: f32 = 0.9;
+/// once. The rest desiccates the tissue around the tip. The share is assumed.
+const CUTTING_SHARE: f32 = 0.9;
 /// Share of the heat that divides tissue under a coagulating current, which is interrupted and
 /// desiccates cells in its pauses. The share is assumed.
-const COAGULATING_PARTS: f32 = 0.15;
+const COAGULATING_SHARE: f32 = 0.15;
 /// Gap that steam and sparks bridge, m.
 const BRIDGED_M: f32 = 0.000_3;
 
@@ -40,11 +40,11 @@ pub(crate) struct Electrode {
     current: Current,
 }
 
-/// Energy of a tick's current per contact area, J/m², which falls as the contact area grows.
+/// Energy of a tick's current per contact area, J/m². It falls as the total contact area grows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Dose {
     /// Part of the energy that divides the touched tissue, J/m².
-    pub(crate) parting_j_m2: f32,
+    pub(crate) dividing_j_m2: f32,
     /// Part of the energy that desiccates the touched tissue and the tissue around it, J/m².
     pub(crate) drying_j_m2: f32,
     /// Width of the division, m.
@@ -70,9 +70,9 @@ impl Electrode {
             (false, true) => Current::Coagulate,
             _ => return None,
         };
-        let works = tool.instrument == Instrument::Hook && !tool.switches.paused;
+        let is_active = tool.instrument == Instrument::Hook && !tool.switches.paused;
         let tip = tool.capsules.iter().find(|part| part.role == Role::Tip)?;
-        works.then_some(Self {
+        is_active.then_some(Self {
             ends_m: [tip.a_m, tip.b_m],
             radius_m: tip.radius_m,
             current,
@@ -89,13 +89,13 @@ impl Electrode {
         2.0 * self.radius_m
     }
 
-    /// Contact area with an organ if the whole length of the electrode lies in its surface, m².
+    /// Contact area with an organ if the electrode lies on its surface with its whole length, m².
     pub(crate) fn side_m2(&self) -> f32 {
         math::norm(&(self.ends_m[1] - self.ends_m[0])) * self.diameter_m()
     }
 
-    /// Contact with a ball of tissue: 1 if the electrode touches the ball; it falls to 0 at the gap
-    /// that the current bridges.
+    /// Contact with a ball of tissue: 1 if the electrode touches the ball. It falls to 0 at the
+    /// widest gap that the current bridges.
     pub(crate) fn touches_ball(&self, center_m: &Vec3, radius_m: f32) -> f32 {
         self.touches_bar(&[*center_m; 2], radius_m)
     }
@@ -104,7 +104,7 @@ impl Electrode {
     pub(crate) fn touches_bar(&self, ends_m: &[Vec3; 2], radius_m: f32) -> f32 {
         // Bounding boxes reject distant links without a square root. The margin covers rounding.
         let reach_m = 1.01 * (self.radius_m + radius_m + BRIDGED_M);
-        if apart_m(&self.ends_m, ends_m) > reach_m {
+        if box_distance_m(&self.ends_m, ends_m) > reach_m {
             return 0.0;
         }
         let gap_m = distance_m(&self.ends_m, ends_m) - self.radius_m - radius_m;
@@ -116,13 +116,13 @@ impl Electrode {
     /// Dose for the contact area `touched_m2`; `None` if there is none.
     pub(crate) fn dose(&self, touched_m2: f32) -> Option<Dose> {
         let share = match self.current {
-            Current::Cut => CUTTING_PARTS,
-            Current::Coagulate => COAGULATING_PARTS,
+            Current::Cut => CUTTING_SHARE,
+            Current::Coagulate => COAGULATING_SHARE,
         };
-        let whole_j_m2 = POWER_W * NEAR * TICK_S / touched_m2;
-        (touched_m2 > 0.0 && whole_j_m2.is_finite()).then_some(Dose {
-            parting_j_m2: whole_j_m2 * share,
-            drying_j_m2: whole_j_m2 * (1.0 - share),
+        let total_j_m2 = POWER_W * HEAT_SHARE * TICK_S / touched_m2;
+        (touched_m2 > 0.0 && total_j_m2.is_finite()).then_some(Dose {
+            dividing_j_m2: total_j_m2 * share,
+            drying_j_m2: total_j_m2 * (1.0 - share),
             kerf_m: self.diameter_m(),
         })
     }
@@ -130,58 +130,61 @@ impl Electrode {
 
 impl Dose {
     /// Sum of both parts, J/m².
-    pub(crate) fn whole_j_m2(&self) -> f32 {
-        self.parting_j_m2 + self.drying_j_m2
+    pub(crate) fn total_j_m2(&self) -> f32 {
+        self.dividing_j_m2 + self.drying_j_m2
     }
 
     /// Part of the energy that opens the wall of this organ, J/m². All heat near the tip opens a
-    /// wall: half of the power stays within 0.8 mm of the tip's surface, so within the wall, and a
-    /// wall that has lost its water gives way. The wall of an artery shrinks and seals instead as
-    /// it dries.
+    /// wall: it is released within 0.8 mm of the tip's surface, which is within the wall, and a
+    /// desiccated wall gives way. In an artery only the dividing part opens the wall, because a
+    /// desiccated artery shrinks and seals.
     pub(super) fn opening_j_m2(&self, organ: Option<&Organ>) -> f32 {
         match organ.map(|it| it.inside) {
-            Some(Inside::Blood) => self.parting_j_m2,
-            _ => self.whole_j_m2(),
+            Some(Inside::Blood) => self.dividing_j_m2,
+            _ => self.total_j_m2(),
         }
     }
 
     /// Share of a touched link that the dose boils away, over the width of the electrode.
-    pub(crate) fn parts(&self) -> f32 {
-        self.parting_j_m2 / (BOIL_J_M3 * self.kerf_m)
+    pub(crate) fn boiled_share(&self) -> f32 {
+        self.dividing_j_m2 / (BOIL_J_M3 * self.kerf_m)
     }
 }
 
 /// Lower bound of the distance between two segments, m: the largest gap of their bounding boxes
-/// along an axis. Below zero where the boxes overlap.
-fn apart_m([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> f32 {
-    let own = a.inf(b) - c.sup(d);
-    let other = c.inf(d) - a.sup(b);
-    own.sup(&other).max()
+/// along an axis. Negative if the boxes overlap.
+fn box_distance_m([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> f32 {
+    let first = a.inf(b) - c.sup(d);
+    let second = c.inf(d) - a.sup(b);
+    first.sup(&second).max()
 }
 
 /// Distance between two segments, m. Either may be a point.
 fn distance_m([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> f32 {
-    let (own, other, between) = (b - a, d - c, a - c);
-    let (own2, other2) = (own.norm_squared(), other.norm_squared());
-    let (along, on_own, on_other) = (own.dot(&other), own.dot(&between), other.dot(&between));
-    let share = |way: f32, whole: f32| {
-        let share = way / whole;
-        if whole > 0.0 {
+    let (first, second, between) = (b - a, d - c, a - c);
+    let (first2, second2) = (first.norm_squared(), second.norm_squared());
+    let (product, on_first, on_second) = (
+        first.dot(&second),
+        first.dot(&between),
+        second.dot(&between),
+    );
+    let share = |numerator: f32, denominator: f32| {
+        let share = numerator / denominator;
+        if denominator > 0.0 {
             share.clamp(0.0, 1.0)
         } else {
             0.0
         }
     };
-    // First the point of the own line nearest to the other line; then the point of the other
-    // segment nearest to this point; then the point of the own segment nearest to that of the
-    // other.
+    // First the point of the first line nearest to the second line. Then the point of the second
+    // segment nearest to this point. Then the point of the first segment nearest to that point.
     let s = share(
-        along * on_other - on_own * other2,
-        own2 * other2 - along * along,
+        product * on_second - on_first * second2,
+        first2 * second2 - product * product,
     );
-    let t = share(on_other + s * along, other2);
-    let s = share(t * along - on_own, own2);
-    math::norm(&(between + own * s - other * t))
+    let t = share(on_second + s * product, second2);
+    let s = share(t * product - on_first, first2);
+    math::norm(&(between + first * s - second * t))
 }
 
 #[cfg(test)]
@@ -205,8 +208,8 @@ mod tests {
         tool
     }
 
-    /// Electrode of a tool whose pedal is no needle's.
-    fn fed(tool: &ToolState) -> Option<Electrode> {
+    /// Electrode of a tool whose pedal does not lead a needle.
+    fn electrode_of(tool: &ToolState) -> Option<Electrode> {
         Electrode::of(tool, tool.switches.pedal)
     }
 
@@ -217,31 +220,31 @@ mod tests {
             (Instrument::Hook, false, false),
             (Instrument::Hook, true, true),
         ] {
-            assert_eq!(fed(&hook(instrument, cut, coagulate)), None);
+            assert_eq!(electrode_of(&hook(instrument, cut, coagulate)), None);
         }
         let mut tool = hook(Instrument::Hook, true, false);
-        let electrode = fed(&tool).expect("current");
+        let electrode = electrode_of(&tool).expect("current");
         // The bend lies 12 mm beyond the joint, and its end 4 mm to the side.
         assert!(electrode.touches_ball(&Vec3::new(0.0, -0.004, -0.0135), 0.000_8) >= 1.0);
         assert!(electrode.touches_ball(&Vec3::new(0.0, 0.0, -0.006), 0.003) <= 0.0);
         tool.switches.paused = true;
-        assert_eq!(fed(&tool), None);
+        assert_eq!(electrode_of(&tool), None);
     }
 
     #[test]
-    fn the_power_is_shared_out_and_cutting_parts_more_than_it_dries() {
+    fn shares_sum_to_the_power_and_cutting_divides_more_than_it_dries() {
         let dose = |cut| {
-            let electrode = fed(&hook(Instrument::Hook, cut, !cut));
+            let electrode = electrode_of(&hook(Instrument::Hook, cut, !cut));
             electrode.and_then(|it| it.dose(2.0e-6)).expect("current")
         };
         for cut in [true, false] {
-            let whole_j = dose(cut).whole_j_m2() * 2.0e-6;
-            assert!((whole_j - POWER_W * NEAR * TICK_S).abs() < 1.0e-7);
+            let total_j = dose(cut).total_j_m2() * 2.0e-6;
+            assert!((total_j - POWER_W * HEAT_SHARE * TICK_S).abs() < 1.0e-7);
         }
-        assert!(dose(true).parting_j_m2 > dose(true).drying_j_m2);
-        assert!(dose(false).parting_j_m2 < dose(false).drying_j_m2);
+        assert!(dose(true).dividing_j_m2 > dose(true).drying_j_m2);
+        assert!(dose(false).dividing_j_m2 < dose(false).drying_j_m2);
         // A cord of 2 mm² that is boiled over the hook's width of 1.6 mm takes 6.4 J, at 13.5 W.
-        let ticks = dose(true).parts().recip();
+        let ticks = dose(true).boiled_share().recip();
         assert!((ticks - 474.0).abs() < 1.0, "{ticks}");
     }
 
@@ -278,11 +281,11 @@ mod tests {
 
         #[test]
         fn electrode_survives_any_input(points in prop::array::uniform2(any::<[f32; 3]>()), m2 in any::<f32>()) {
-            let electrode = fed(&hook(Instrument::Hook, true, false)).expect("current");
+            let electrode = electrode_of(&hook(Instrument::Hook, true, false)).expect("current");
             let share = electrode.touches_bar(&points.map(Vec3::from), 0.001);
             prop_assert!((0.0..=1.0).contains(&share));
-            let parts = electrode.dose(m2).map_or(0.0, |dose| dose.parts());
-            prop_assert!(parts >= 0.0 && parts.is_finite());
+            let boiled_share = electrode.dose(m2).map_or(0.0, |dose| dose.boiled_share());
+            prop_assert!(boiled_share >= 0.0 && boiled_share.is_finite());
         }
     }
 }

@@ -1,11 +1,11 @@
 //! Electrosurgery: current through the hook's bare tip divides or desiccates the tissue that the
 //! tip touches.
 //!
-//! First the contact area is summed over everything touched: links of tubes, bands and sutures,
-//! cells, and surfaces of organs. Then each area takes its share of the tick's energy
-//! ([`electrode`]). The damage of a link grows by the energy that it takes, divided by the energy
-//! that boils it away over the width of the electrode. Vessels are desiccated, walls are burnt
-//! through ([`wall`]). Current without contact does nothing. O(attachments and elastic links of
+//! First the contact area is summed over all touched tissue: links of tubes, bands and sutures,
+//! cells, and surfaces of organs. Then each area absorbs its share of the tick's energy
+//! ([`electrode`]). The damage of a link grows by the energy that it absorbs, divided by the energy
+//! that boils it away over the width of the electrode. Vessels are desiccated, and walls are burnt
+//! through ([`wall`]). Current without contact has no effect. O(attachments and elastic links of
 //! organs that move, contacts) while current flows.
 
 mod burn;
@@ -24,16 +24,16 @@ use crate::procedure::journal::Journal;
 use crate::procedure::vessel::Vessels;
 use crate::scene::Scene;
 use crate::tissue::Bodies;
-use crate::tissue::damage::{Apart, damage_all, sparing_none};
+use crate::tissue::damage::{Severed, damage_all, spare_none};
 use crate::tool::Tool;
 use crate::words::{Event, EventKind};
 use wall::{HOLE_M2, Walls};
 
 /// Ticks between two burn events.
-const REPORTED_TICKS: u32 = 50;
+const REPORT_TICKS: u32 = 50;
 
-/// Largest number of links of tubes that a tick desiccates: as many as lie under a tip.
-const DRIED: usize = 32;
+/// Largest number of links of tubes that a tick desiccates: more than lie under a tip.
+const DESICCATED_LINKS_MAX: usize = 32;
 
 /// Burns since the last event.
 #[derive(Debug, Clone, Default)]
@@ -41,15 +41,15 @@ pub(crate) struct Cautery {
     /// Energy not yet in an event, by organ, J.
     burnt_j: [f32; MAX_ORGANS],
     /// Ticks until the next event may be raised.
-    quiet: u32,
+    quiet_ticks: u32,
     /// Position of the last burn, m.
     at_m: Vec3,
     walls: Walls,
 }
 
 impl Cautery {
-    /// Applies a tick of current at `electrode`, which touches tissue at `contacts` and touches
-    /// `cells`.
+    /// Applies a tick of current through `electrode`, which touches tissue at `contacts`, and
+    /// touches `cells`.
     pub(crate) fn burn(
         &mut self,
         electrode: &Electrode,
@@ -61,7 +61,7 @@ impl Cautery {
     ) {
         let mut surfaces = touched_surfaces(electrode, contacts, scene);
         for cell in cells {
-            // An organ with cells burns by its cells, not by its surface.
+            // An organ with cells absorbs heat by its cells, not by its surface.
             if let Some(area_m2) = surfaces.get_mut(usize::from(cell.organ)) {
                 *area_m2 = 0.0;
             }
@@ -76,32 +76,32 @@ impl Cautery {
         };
         self.at_m = electrode.middle_m();
         let mut areas_m2 = surfaces;
-        let mut dried: Vec<(u32, f32), DRIED> = Vec::new();
-        let apart = |apart: Apart| {
-            vessels.note_change();
-            journal.raise(apart.reported(EventKind::Cut));
+        let mut desiccated: Vec<(u32, f32), DESICCATED_LINKS_MAX> = Vec::new();
+        let severed = |severed: Severed| {
+            vessels.mark_changed();
+            journal.raise(severed.event(EventKind::Cut));
         };
-        damage_all(scene, bodies, sparing_none, apart, |bar, parted| {
+        damage_all(scene, bodies, spare_none, severed, |bar, damage| {
             let is_layered = layered.get(usize::from(bar.organ)) == Some(&true);
-            if parted >= 1.0 || is_layered {
-                return parted;
+            if damage >= 1.0 || is_layered {
+                return damage;
             }
             let touched = electrode.touches_bar(&bar.ends_m, bar.radius_m);
             if touched <= 0.0 {
-                return parted;
+                return damage;
             }
             if let Some(area_m2) = areas_m2.get_mut(usize::from(bar.organ)) {
                 *area_m2 += bar.area_m2 * touched;
             }
             if let Some(link) = bar.link {
-                let _ = dried.push((link, dose.drying_j_m2 * bar.area_m2 * touched));
+                let _ = desiccated.push((link, dose.drying_j_m2 * bar.area_m2 * touched));
             }
-            bar.parted_by(parted, dose.parts() * touched)
+            bar.damage_after_burn(damage, dose.boiled_share() * touched)
         });
-        for (link, energy_j) in dried {
+        for (link, energy_j) in desiccated {
             if let Some(link) = scene.links.get(link as usize) {
-                vessels.dry(link.a, 0.5 * energy_j, scene, bodies);
-                vessels.dry(link.b, 0.5 * energy_j, scene, bodies);
+                vessels.desiccate(link.a, 0.5 * energy_j, scene, bodies);
+                vessels.desiccate(link.b, 0.5 * energy_j, scene, bodies);
             }
         }
         let burnt_j = &mut self.burnt_j;
@@ -111,16 +111,19 @@ impl Cautery {
             }
         };
         bodies.burn_cells(cells, &dose, scene, burnt, |removed| {
-            journal.raise(removed.reported());
+            journal.raise(removed.event());
         });
         for ((organ, area_m2), burnt_j) in (0u8..).zip(areas_m2).zip(&mut self.burnt_j) {
             if area_m2 <= 0.0 {
                 continue;
             }
-            *burnt_j += dose.whole_j_m2() * area_m2;
-            let opens_j = dose.opening_j_m2(scene.organs.get(usize::from(organ))) * area_m2;
-            if let Some(hole) = self.walls.burn(organ, &self.at_m, opens_j, scene, bodies) {
-                vessels.burst(hole.sphere, HOLE_M2);
+            *burnt_j += dose.total_j_m2() * area_m2;
+            let wall_energy_j = dose.opening_j_m2(scene.organs.get(usize::from(organ))) * area_m2;
+            if let Some(hole) = self
+                .walls
+                .burn(organ, &self.at_m, wall_energy_j, scene, bodies)
+            {
+                vessels.perforate(hole.sphere, HOLE_M2);
                 journal.raise(Event {
                     kind: EventKind::Perforation,
                     organ: Some(u32::from(organ)),
@@ -132,15 +135,15 @@ impl Cautery {
     }
 
     /// Raises the burn events when they are due, and when the current `is_off`.
-    pub(crate) fn tell(&mut self, is_off: bool, journal: &mut Journal) {
-        self.quiet = self.quiet.saturating_sub(1);
-        if self.quiet > 0 && !is_off {
+    pub(crate) fn report(&mut self, is_off: bool, journal: &mut Journal) {
+        self.quiet_ticks = self.quiet_ticks.saturating_sub(1);
+        if self.quiet_ticks > 0 && !is_off {
             return;
         }
         for (organ, burnt_j) in (0u32..).zip(&mut self.burnt_j) {
             let value = core::mem::take(burnt_j);
             if value > 0.0 {
-                self.quiet = REPORTED_TICKS;
+                self.quiet_ticks = REPORT_TICKS;
                 journal.raise(Event {
                     kind: EventKind::Burn,
                     organ: Some(organ),
@@ -152,7 +155,7 @@ impl Cautery {
     }
 }
 
-/// True for organs with cells: their links vanish with the cells, and are not burnt themselves.
+/// True for organs with cells: their links weaken with the cells, and are not burnt themselves.
 /// O(cells).
 fn layered(scene: &Scene<'_>, bodies: &Bodies) -> [bool; MAX_ORGANS] {
     let mut layered = [false; MAX_ORGANS];
@@ -175,15 +178,15 @@ fn touched_bars_m2(
     damage_all(
         scene,
         bodies,
-        sparing_none,
+        spare_none,
         |_| (),
-        |bar, parted| {
+        |bar, damage| {
             let is_layered = layered.get(usize::from(bar.organ)) == Some(&true);
-            if parted < 1.0 && !is_layered {
+            if damage < 1.0 && !is_layered {
                 let touched = electrode.touches_bar(&bar.ends_m, bar.radius_m);
                 sum_m2 += bar.area_m2 * touched;
             }
-            parted
+            damage
         },
     );
     sum_m2
@@ -223,10 +226,10 @@ mod tests {
     const LINKS: u32 = 12;
 
     proptest! {
-        /// On any path of the tip: damage of a link never falls, never exceeds 1, and grows only
-        /// under the tip. The energy in the events equals the energy given.
+        /// On any path of the tip, the damage of a link never falls, never exceeds 1, and grows
+        /// only under the tip. The energy in the events equals the supplied energy.
         #[test]
-        fn fire_takes_only_under_the_tip_and_gives_nothing_back(
+        fn damage_grows_only_under_the_tip_and_energy_is_accounted(
             tips in prop::collection::vec((-0.002f32..0.03, -0.004f32..0.004, 1u32..120), 1..12),
         ) {
             let spheres: Vec<_> = (0..=LINKS)
@@ -256,10 +259,10 @@ mod tests {
                     let touches = touched_bars_m2(&electrode, &layered, &scene, bodies) > 0.0;
                     given_j += if touches { 0.015 } else { 0.0 };
                     cautery.burn(&electrode, (&[], &[]), &scene, bodies, vessels, &mut journal);
-                    cautery.tell(false, &mut journal);
-                    reported_j += reported(&journal);
+                    cautery.report(false, &mut journal);
+                    reported_j += burn_energy_j(&journal);
                     for (i, before) in (0..LINKS).zip(&mut left) {
-                        let now = bodies.parted.left_of_link(i);
+                        let now = bodies.damage.intact_of_link(i);
                         prop_assert!((0.0..=*before).contains(&now));
                         let near = (x - 0.002 * i as f32).min(0.002 * (i + 1) as f32 - x);
                         let is_under = near > -0.0022 && z.abs() < 0.0022;
@@ -269,13 +272,13 @@ mod tests {
                 }
             }
             journal.begin();
-            cautery.tell(true, &mut journal);
-            reported_j += reported(&journal);
+            cautery.report(true, &mut journal);
+            reported_j += burn_energy_j(&journal);
             prop_assert!((reported_j - given_j).abs() < 1.0e-3 * given_j.max(0.1), "{} {}", reported_j, given_j);
         }
     }
 
-    fn reported(journal: &Journal) -> f32 {
+    fn burn_energy_j(journal: &Journal) -> f32 {
         let burns = journal
             .events()
             .iter()

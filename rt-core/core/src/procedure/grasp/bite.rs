@@ -6,24 +6,23 @@ use crate::scene::{Inside, Scene};
 use crate::tissue::Bodies;
 
 /// Largest force of jaws that a button closes, N. To hold bowel against a pull of 5 N, profiled
-/// jaws need 3 N, and smooth jaws 22 N. A force of 15 N and more harms bowel
-/// (10.1007/s00464-003-9153-2).
+/// jaws need 3 N, and smooth jaws 22 N. Forces from 15 N harm bowel (10.1007/s00464-003-9153-2).
 pub(crate) const GRIP_MAX_N: f32 = 4.0;
-/// Friction of a profiled jaw, relative to that of a smooth jaw. The value stands for the teeth of
-/// an atraumatic jaw, and lies between 1 and that of the best profile (22 N / 3 N, the source
-/// above).
-const PROFILE: f32 = 4.0;
+/// Friction of a profiled jaw divided by the friction of a smooth jaw. The value is assumed for the
+/// teeth of an atraumatic jaw: it lies between 1 and the ratio of the best profile (22 N / 3 N, the
+/// source above).
+const PROFILE_FACTOR: f32 = 4.0;
 /// Width of a jaw, m.
 const JAW_WIDTH_M: f32 = 0.003;
-/// Stiffness of the grip itself, N/m: below the limit of a Touch-class device.
+/// Stiffness of the grip itself, N/m. It is below the largest stiffness of a Touch-class device.
 pub(super) const GRIP_N_M: f32 = 500.0;
-/// Least thickness under the squeeze, as a share of the free thickness.
-const THINNEST: f32 = 0.05;
+/// Least compressed thickness, as a share of the free thickness.
+const STRETCH_MIN: f32 = 0.05;
 
-/// Pressure of jaws that crushes tissue, Pa. Harm to liver, bowel and ureter grows from 100 to 300
-/// kPa (porcine; De et al. 2007, 10.1177/0278364907082847). Liver is harmed first; the values of
-/// other organs within that range are assumed.
-pub(super) fn crushed_by_pa(inside: Inside) -> f32 {
+/// Pressure of jaws that crushes tissue, Pa. Damage to porcine liver, bowel and ureter grows from
+/// 100 to 300 kPa (De et al. 2007, 10.1177/0278364907082847). Liver is damaged first. The values of
+/// the other organs are assumed within that range.
+pub(super) fn crush_pressure_pa(inside: Inside) -> f32 {
     match inside {
         Inside::Liver => 1.5e5,
         Inside::Food => 1.8e5,
@@ -45,12 +44,12 @@ pub(super) struct Bite {
     friction: f32,
     /// Stiffness of the tissue behind the bite, as a half-space under a disc as wide as the bite,
     /// N/m.
-    behind_n_m: f32,
+    backing_n_m: f32,
 }
 
 impl Bite {
-    /// Bite of these spheres between jaws that are `gap_m` apart, open along `across`, and
-    /// `length_m` long along `along` (unit vectors).
+    /// Bite of these spheres. The jaws are `gap_m` apart along `across`, and `length_m` long along
+    /// `along` (unit vectors).
     pub(super) fn new(
         spheres: impl ExactSizeIterator<Item = u32> + Clone,
         (gap_m, length_m): (f32, f32),
@@ -62,13 +61,13 @@ impl Bite {
         let center = |sphere| bodies.nodes.at(sphere).center_m();
         let middle_m: Vec3 = spheres.clone().map(center).sum::<Vec3>() * share;
         let (mut thick, mut long) = (Extent::NONE, Extent::NONE);
-        let (mut wide_m, mut plane_pa) = (0.0f32, 0.0);
+        let (mut radius_max_m, mut plane_pa) = (0.0f32, 0.0);
         let mut bite = Self::default();
         for sphere in spheres {
             let (from_m, radius_m) = (center(sphere) - middle_m, *bodies.radius_m.at(sphere));
             thick.add(from_m.dot(across), radius_m);
             long.add(from_m.dot(along), radius_m);
-            wide_m = wide_m.max(math::norm(&from_m) + radius_m);
+            radius_max_m = radius_max_m.max(math::norm(&from_m) + radius_m);
             let material = scene.material_of(*bodies.organ.at(sphere));
             bite.shear_pa += share * material.young_pa / (2.0 * (1.0 + material.poisson));
             plane_pa += share * material.young_pa / (1.0 - material.poisson * material.poisson);
@@ -76,24 +75,24 @@ impl Bite {
         }
         bite.thickness_m = thick.length_m().min(gap_m);
         bite.area_m2 = JAW_WIDTH_M * long.length_m().min(length_m);
-        bite.behind_n_m = 2.0 * plane_pa * wide_m;
+        bite.backing_n_m = 2.0 * plane_pa * radius_max_m;
         bite
     }
 
     /// Force on jaws that are `gap_m` apart, N: a neo-Hookean slab between two plates, `A G (1/λ² −
     /// λ)`.
     pub(super) fn squeeze_n(&self, gap_m: f32) -> f32 {
-        let left = gap_m / self.thickness_m.max(f32::MIN_POSITIVE);
-        if left >= 1.0 {
+        let stretch = gap_m / self.thickness_m.max(f32::MIN_POSITIVE);
+        if stretch >= 1.0 {
             return 0.0;
         }
-        let left = left.max(THINNEST);
-        self.area_m2 * self.shear_pa * ((left * left).recip() - left)
+        let stretch = stretch.max(STRETCH_MIN);
+        self.area_m2 * self.shear_pa * ((stretch * stretch).recip() - stretch)
     }
 
     /// Pull that overcomes the friction on both jaws, N, if they press with `grip_n`.
     pub(super) fn slip_n(&self, grip_n: f32) -> f32 {
-        2.0 * PROFILE * self.friction * grip_n
+        2.0 * PROFILE_FACTOR * self.friction * grip_n
     }
 
     /// Pressure of jaws that press with `grip_n`, Pa.
@@ -101,15 +100,15 @@ impl Bite {
         grip_n / self.area_m2.max(f32::MIN_POSITIVE)
     }
 
-    /// Stiffness against a slow pull, N/m: the grip, of which `share` is left, in series with the
+    /// Stiffness against a slow pull, N/m: the remaining `share` of the grip in series with the
     /// tissue behind it.
     pub(super) fn pull_stiffness_n_m(&self, share: f32) -> f32 {
         let grip_n_m = GRIP_N_M * share;
-        grip_n_m * self.behind_n_m / (grip_n_m + self.behind_n_m).max(f32::MIN_POSITIVE)
+        grip_n_m * self.backing_n_m / (grip_n_m + self.backing_n_m).max(f32::MIN_POSITIVE)
     }
 }
 
-/// Interval that balls cover along a line.
+/// Interval of a line that balls cover.
 #[derive(Clone, Copy)]
 struct Extent {
     low_m: f32,
@@ -148,8 +147,14 @@ mod tests {
         let scene = Scene::new(&organs, &spheres, &[], room()).unwrap();
         let mut bodies = Box::new(Bodies::new());
         bodies.load(&scene);
-        let ways = (&Vec3::y(), &Vec3::z());
-        Bite::new([0, 1].into_iter(), (gap_m, 0.02), ways, &scene, &bodies)
+        let directions = (&Vec3::y(), &Vec3::z());
+        Bite::new(
+            [0, 1].into_iter(),
+            (gap_m, 0.02),
+            directions,
+            &scene,
+            &bodies,
+        )
     }
 
     #[test]

@@ -25,12 +25,12 @@ impl Vessels {
         }
         for tie in scene.attachments {
             let (own, other) = insides(tie, scene);
-            let fed = match (own, other, tie.to) {
+            let fed_sphere = match (own, other, tie.to) {
                 (Inside::Bile, Inside::Liver, _) => Some(tie.sphere),
                 (Inside::Liver, Inside::Bile, Anchor::Sphere(other)) => Some(other),
                 _ => None,
             };
-            if let Some(sphere) = fed {
+            if let Some(sphere) = fed_sphere {
                 *self.pressure.at_mut(sphere) = 1.0;
             }
         }
@@ -44,36 +44,48 @@ impl Vessels {
             if !matches!(it.inside, Inside::Blood | Inside::Bile) {
                 continue;
             }
-            for step in bodies.beads.steps_of(organ) {
-                if bodies.parted.left_of_link(step.link) > 0.0 {
-                    let ends = [u32::from(step.a), u32::from(step.b)];
-                    let open = clips.open(step.link);
-                    has_spread |= self.join(ends, open, scene, bodies);
+            for segment in bodies.beads.segments_of(organ) {
+                if bodies.damage.intact_of_link(segment.link) > 0.0 {
+                    let ends = [u32::from(segment.a), u32::from(segment.b)];
+                    let open_share = clips.open_share(segment.link);
+                    has_spread |= self.pass_pressure(ends, open_share, scene, bodies);
                 }
             }
         }
         for (i, tie) in scene.attachments.iter().enumerate() {
-            if let (Anchor::Sphere(other), true) = (tie.to, bodies.parted.left_of_tie(i) > 0.0) {
-                let (own, its) = insides(tie, scene);
-                if own == its && matches!(own, Inside::Blood | Inside::Bile) {
-                    has_spread |= self.join([tie.sphere, other], 1.0, scene, bodies);
+            if let (Anchor::Sphere(other), true) = (tie.to, bodies.damage.intact_of_tie(i) > 0.0) {
+                let (own_inside, other_inside) = insides(tie, scene);
+                if own_inside == other_inside && matches!(own_inside, Inside::Blood | Inside::Bile)
+                {
+                    has_spread |= self.pass_pressure([tie.sphere, other], 1.0, scene, bodies);
                 }
             }
         }
         has_spread
     }
 
-    /// Raises the lower pressure of two spheres to what passes from the other, through a passage of
-    /// which the share `open` is open. Returns true if it rose.
-    fn join(&mut self, [a, b]: [u32; 2], open: f32, scene: &Scene<'_>, bodies: &Bodies) -> bool {
+    /// Raises the lower pressure of two spheres to the pressure that passes from the other sphere.
+    /// `open_share` is the open share of the passage between them. Returns true if the pressure
+    /// rose.
+    fn pass_pressure(
+        &mut self,
+        [a, b]: [u32; 2],
+        open_share: f32,
+        scene: &Scene<'_>,
+        bodies: &Bodies,
+    ) -> bool {
         let (at_a, at_b) = (*self.pressure.at(a), *self.pressure.at(b));
-        let dried = |sphere| self.open(sphere, scene, bodies);
-        let passes = at_a.max(at_b).min(open).min(dried(a)).min(dried(b));
-        if passes <= at_a.min(at_b) {
+        let open_share_at = |sphere| self.open_share(sphere, scene, bodies);
+        let passed = at_a
+            .max(at_b)
+            .min(open_share)
+            .min(open_share_at(a))
+            .min(open_share_at(b));
+        if passed <= at_a.min(at_b) {
             return false;
         }
-        *self.pressure.at_mut(a) = at_a.max(passes);
-        *self.pressure.at_mut(b) = at_b.max(passes);
+        *self.pressure.at_mut(a) = at_a.max(passed);
+        *self.pressure.at_mut(b) = at_b.max(passed);
         true
     }
 }

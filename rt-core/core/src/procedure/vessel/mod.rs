@@ -2,9 +2,9 @@
 //!
 //! Pressure spreads from its sources ([`flow`]) along intact links, and across attachments between
 //! organs of equal content. Clips and desiccated walls reduce it. A change restarts the
-//! computation. Each tick then makes one pass over all tubes and attachments, until a pass changes
-//! nothing. After that, every divided end and every hole leaks at the pressure that reaches it.
-//! Changes of a leak raise events.
+//! computation: each tick makes one pass over all tubes and attachments, until a pass changes
+//! nothing. Then every divided end and every hole leaks at the pressure that reaches it. Changes of
+//! a leak raise events.
 
 mod flow;
 mod hole;
@@ -19,32 +19,32 @@ use crate::scene::{Inside, Scene};
 use crate::tissue::Bodies;
 use crate::tissue::per_sphere::PerSphere;
 use crate::words::{Event, EventKind};
-use hole::{Hole, Opening, unclosed};
+use hole::{Hole, Opening, open_lumen};
 
-/// Shortening of a divided artery, as a share of its length: about the artery's stretch in the
-/// body. The aorta of old people is stretched by 5 %, the aorta of young people by far more
+/// Shortening of a divided artery, as a share of its length. It is about the stretch of an artery
+/// in the body: the aorta of old people is stretched by 5 %, the aorta of young people by far more
 /// (10.1007/s00414-011-0549-9).
-const ARTERY_SHORTENS: f32 = 0.1;
+const ARTERY_SHORTENING: f32 = 0.1;
 /// Shortening of a divided duct, as a share of its length. Assumed: half the artery's.
-const DUCT_SHORTENS: f32 = 0.05;
+const DUCT_SHORTENING: f32 = 0.05;
 /// Shortening of a divided tube in a tick, as a share of its length. An artery has shortened fully
 /// after 0.3 s.
-const SHORTENS_STEP: f32 = ARTERY_SHORTENS / 300.0;
+const SHORTENING_STEP: f32 = ARTERY_SHORTENING / 300.0;
 /// Change of flow below which no event is raised.
-const REPORTED: f32 = 0.01;
+const REPORTED_CHANGE: f32 = 0.01;
 /// Largest radius of a vessel that desiccation can close, m. In larger vessels blood carries the
-/// heat away. The clinical limit with one electrode is 1 mm; 0.5 mm are added for the radii of the
-/// spheres.
+/// heat away. The clinical limit with one electrode is 1 mm; 0.5 mm are added to allow for the
+/// radii of spheres.
 const DRIED_RADIUS_M: f32 = 0.001_5;
 /// Energy that seals a wall, J/m³: it heats the tissue to 100 °C and boils a third of its water,
 /// `1060 kg/m³ (3600 J/kg K · 63 K + 0.25 · 2.26 MJ/kg)`.
-const CLOSES_J_M3: f32 = 8.4e8;
+const SEAL_J_M3: f32 = 8.4e8;
 
 /// Progress of the flow computation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Progress {
     /// Nothing has changed.
-    Known,
+    Settled,
     /// Pressure must be recomputed.
     Changed,
     /// Pressure is spreading.
@@ -57,12 +57,12 @@ pub(crate) struct Vessels {
     /// Pressure at each sphere, as a share of the full pressure.
     pressure: PerSphere<f32>,
     /// Energy that has desiccated each sphere's piece of vessel, J.
-    dried_j: PerSphere<f32>,
+    desiccation_j: PerSphere<f32>,
     holes: Vec<Hole, MAX_HOLES>,
-    /// True if a leak has found no room in `holes` since `is_overrun` was last called.
-    is_overrun: bool,
+    /// True if a leak has found no room in `holes` since `take_lost_leak` was last called.
+    has_lost_leak: bool,
     /// Slits that found no room in `holes` in the last tick.
-    slits_lost: usize,
+    slits_without_room: usize,
     /// True for organs that are divided somewhere.
     divided: [bool; MAX_ORGANS],
     progress: Progress,
@@ -72,46 +72,52 @@ impl Vessels {
     pub(crate) const fn new() -> Self {
         Self {
             pressure: PerSphere::new(0.0),
-            dried_j: PerSphere::new(0.0),
+            desiccation_j: PerSphere::new(0.0),
             holes: Vec::new(),
-            is_overrun: false,
-            slits_lost: 0,
+            has_lost_leak: false,
+            slits_without_room: 0,
             divided: [false; MAX_ORGANS],
-            progress: Progress::Known,
+            progress: Progress::Settled,
         }
     }
 
-    /// Forgets pressure, desiccation and leaks. `Bodies::rest` restores divided links.
-    pub(crate) fn rest(&mut self) {
+    /// Forgets pressure, desiccation and leaks. `Bodies::reset` restores divided links.
+    pub(crate) fn reset(&mut self) {
         *self = Self::new();
     }
 
-    /// Marks present divisions as prepared: they raise no event `Divided`, but their leaks raise
-    /// events.
-    pub(crate) fn note_prepared(&mut self, scene: &Scene<'_>, bodies: &Bodies) {
+    /// Marks present divisions as part of the task's start: they raise no event `Divided`, but
+    /// their leaks raise events.
+    pub(crate) fn mark_prepared(&mut self, scene: &Scene<'_>, bodies: &Bodies) {
         self.find_holes(scene, bodies, |_| true);
-        self.note_change();
+        self.mark_changed();
     }
 
-    /// Notes that something was divided, clipped or burnt.
-    pub(crate) fn note_change(&mut self) {
+    /// Restarts the flow computation, because something was divided, clipped or burnt.
+    pub(crate) fn mark_changed(&mut self) {
         self.progress = Progress::Changed;
     }
 
     /// Desiccates the tube at this sphere with `energy_j`.
-    pub(crate) fn dry(&mut self, sphere: u32, energy_j: f32, scene: &Scene<'_>, bodies: &Bodies) {
-        let before = self.open(sphere, scene, bodies);
-        *self.dried_j.at_mut(sphere) += energy_j;
-        if self.open(sphere, scene, bodies) < before {
-            self.note_change();
+    pub(crate) fn desiccate(
+        &mut self,
+        sphere: u32,
+        energy_j: f32,
+        scene: &Scene<'_>,
+        bodies: &Bodies,
+    ) {
+        let before = self.open_share(sphere, scene, bodies);
+        *self.desiccation_j.at_mut(sphere) += energy_j;
+        if self.open_share(sphere, scene, bodies) < before {
+            self.mark_changed();
         }
     }
 
     /// Opens a hole of `area_m2` in the wall at this sphere.
-    pub(crate) fn burst(&mut self, sphere: u32, area_m2: f32) {
+    pub(crate) fn perforate(&mut self, sphere: u32, area_m2: f32) {
         let wall = Opening::Wall { sphere, area_m2 };
-        self.is_overrun |= self.holes.push(Hole::new(wall)).is_err();
-        self.note_change();
+        self.has_lost_leak |= self.holes.push(Hole::new(wall)).is_err();
+        self.mark_changed();
     }
 
     /// Advances a tick: spreads pressure, reports leaks, shortens divided tubes.
@@ -124,23 +130,25 @@ impl Vessels {
     ) {
         for ((organ, it), divided) in (0u8..).zip(scene.organs).zip(self.divided) {
             if divided {
-                let shortens = match it.inside {
-                    Inside::Blood => ARTERY_SHORTENS,
-                    _ => DUCT_SHORTENS,
+                let shortening = match it.inside {
+                    Inside::Blood => ARTERY_SHORTENING,
+                    _ => DUCT_SHORTENING,
                 };
-                bodies.parted.shrink(organ, 1.0 - shortens, SHORTENS_STEP);
+                bodies
+                    .damage
+                    .shorten_links(organ, 1.0 - shortening, SHORTENING_STEP);
             }
         }
         self.find_slits(scene, bodies);
         match self.progress {
-            Progress::Known => {}
+            Progress::Settled => {}
             Progress::Changed => {
                 self.begin(scene);
                 self.progress = Progress::Spreading;
             }
             Progress::Spreading => {
                 if !self.spread(scene, clips, bodies) {
-                    let is_all = self.find_holes(scene, bodies, |opening| {
+                    let all_accepted = self.find_holes(scene, bodies, |opening| {
                         let sphere = opening.sphere();
                         if !journal.has_room() {
                             return false;
@@ -149,13 +157,13 @@ impl Vessels {
                             kind: EventKind::Divided,
                             organ: Some(u32::from(*bodies.organ.at(sphere))),
                             at_m: bodies.nodes.at(sphere).center_m(),
-                            value: unclosed(opening, scene, clips, bodies),
+                            value: open_lumen(opening, scene, clips, bodies),
                         });
                         true
                     });
                     // An event without room in this tick is raised in the next.
-                    if self.tell(scene, clips, bodies, journal) && is_all {
-                        self.progress = Progress::Known;
+                    if self.report_leaks(scene, clips, bodies, journal) && all_accepted {
+                        self.progress = Progress::Settled;
                     }
                 }
             }
@@ -163,13 +171,13 @@ impl Vessels {
     }
 
     /// True if a leak found no room since the last call.
-    pub(crate) fn is_overrun(&mut self) -> bool {
-        core::mem::take(&mut self.is_overrun)
+    pub(crate) fn take_lost_leak(&mut self) -> bool {
+        core::mem::take(&mut self.has_lost_leak)
     }
 
     /// Share of the tube's lumen at this sphere that desiccation has left open, in steps of a
     /// quarter.
-    fn open(&self, sphere: u32, scene: &Scene<'_>, bodies: &Bodies) -> f32 {
+    fn open_share(&self, sphere: u32, scene: &Scene<'_>, bodies: &Bodies) -> f32 {
         let organ = scene.organs.get(usize::from(*bodies.organ.at(sphere)));
         let radius_m = scene
             .spheres
@@ -179,39 +187,40 @@ impl Vessels {
         if !is_vessel || radius_m > DRIED_RADIUS_M {
             return 1.0;
         }
-        // The piece of vessel is as long as it is thick.
-        let whole_j = CLOSES_J_M3 * core::f32::consts::TAU * radius_m * radius_m * radius_m;
-        let quarters = (4.0 * self.dried_j.at(sphere) / whole_j).min(4.0);
+        // The sphere's piece of vessel is taken to be as long as it is thick.
+        let seal_j = SEAL_J_M3 * core::f32::consts::TAU * radius_m * radius_m * radius_m;
+        let quarters = (4.0 * self.desiccation_j.at(sphere) / seal_j).min(4.0);
         // `as` saturates and truncates.
         1.0 - f32::from(quarters as u8) * 0.25
     }
 
     /// Raises events for changed leaks. Returns true if there was room for all.
-    fn tell(
+    fn report_leaks(
         &mut self,
         scene: &Scene<'_>,
         clips: &Clips,
         bodies: &Bodies,
         journal: &mut Journal,
     ) -> bool {
-        let mut is_reported = true;
+        let mut has_room_for_all = true;
         let mut holes = core::mem::take(&mut self.holes);
         for hole in &mut holes {
             let sphere = hole.opening.sphere();
-            let reaches = self
+            let arriving = self
                 .pressure
                 .at(sphere)
-                .min(self.open(sphere, scene, bodies));
-            let flow = match hole.waits {
-                0 => reaches * hole.opening.share(scene, clips, bodies),
+                .min(self.open_share(sphere, scene, bodies));
+            let flow = match hole.delay_ticks {
+                0 => arriving * hole.opening.share(scene, clips, bodies),
                 _ => 0.0,
             };
-            if (flow - hole.reported).abs() <= REPORTED {
+            if (flow - hole.reported).abs() <= REPORTED_CHANGE {
                 continue;
             }
             let organ = Some(u32::from(*bodies.organ.at(sphere)));
             let place_m = bodies.nodes.at(sphere).center_m();
-            // A tube between clips is dry: when it is half parted, no wall is open.
+            // A perforation is reported with the first leak of a slit. A tube between clips is dry,
+            // so no slit in it is reported.
             let is_new_slit = matches!(hole.opening, Opening::Slit { .. }) && hole.at_m.is_none();
             if is_new_slit && journal.has_room() {
                 hole.at_m = Some(place_m);
@@ -222,7 +231,7 @@ impl Vessels {
                     value: 0.0,
                 });
             }
-            is_reported &= journal.has_room();
+            has_room_for_all &= journal.has_room();
             if journal.has_room() {
                 hole.reported = flow;
                 journal.raise(Event {
@@ -234,6 +243,6 @@ impl Vessels {
             }
         }
         self.holes = holes;
-        is_reported
+        has_room_for_all
     }
 }

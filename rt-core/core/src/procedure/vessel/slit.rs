@@ -1,51 +1,51 @@
-//! Slits: tubes that are torn, cut or burnt half through, and stay half parted.
+//! Slits: tubes that are torn, cut or burnt half through, and stay so.
 
 use crate::procedure::vessel::hole::{Hole, Opening};
 use crate::procedure::vessel::{Progress, Vessels};
 use crate::scene::{Inside, Scene};
 use crate::tissue::Bodies;
 
-/// Share of its stiffness that a tube's link has left when half of its fibres are parted: `(1 − p)
-/// / (1 + p)` with `p = 1/2` (`tissue::damage`).
-const HALF_LEFT: f32 = 1.0 / 3.0;
-/// Time for which a link is half parted before it leaks, ticks. A division that goes on is complete
-/// by then: fibres tear in 50 ms, and jaws that a button closes shut in 150 ms.
-const HALF_TICKS: u32 = 100;
+/// Remaining share of the stiffness of a link with a damage of one half: `(1 − d) / (1 + d)` with
+/// `d = 1/2` (`tissue::damage`).
+const HALF_CUT_INTACT: f32 = 1.0 / 3.0;
+/// Time for which a link is half severed before it leaks, ticks. A division that continues is
+/// complete by then: fibres tear within 50 ms, and jaws that a button closes shut within 150 ms.
+const SLIT_DELAY_TICKS: u32 = 100;
 
 impl Vessels {
-    /// Finds links of tubes that have become half parted. O(links of vessels and ducts).
+    /// Finds links of tubes that have become half severed. O(links of vessels and ducts).
     pub(super) fn find_slits(&mut self, scene: &Scene<'_>, bodies: &Bodies) {
-        for hole in self.holes.iter_mut().filter(|it| it.waits > 0) {
-            hole.waits -= 1;
-            if hole.waits == 0 {
+        for hole in self.holes.iter_mut().filter(|it| it.delay_ticks > 0) {
+            hole.delay_ticks -= 1;
+            if hole.delay_ticks == 0 {
                 self.progress = Progress::Changed;
             }
         }
-        let mut lost = 0;
+        let mut without_room = 0;
         for (organ, it) in (0u8..).zip(scene.organs) {
             if !matches!(it.inside, Inside::Blood | Inside::Bile) {
                 continue;
             }
-            for step in bodies.beads.steps_of(organ) {
-                let left = bodies.parted.left_of_link(step.link);
-                if left > HALF_LEFT || left <= 0.0 {
+            for segment in bodies.beads.segments_of(organ) {
+                let intact = bodies.damage.intact_of_link(segment.link);
+                if intact > HALF_CUT_INTACT || intact <= 0.0 {
                     continue;
                 }
-                let (link, sphere) = (step.link, u32::from(step.a));
+                let (link, sphere) = (segment.link, u32::from(segment.a));
                 let slit = Opening::Slit { link, sphere };
                 if !self.is_open(slit) {
-                    let waits = HALF_TICKS;
+                    let delay_ticks = SLIT_DELAY_TICKS;
                     let hole = Hole {
-                        waits,
+                        delay_ticks,
                         ..Hole::new(slit)
                     };
-                    lost += usize::from(self.holes.push(hole).is_err());
+                    without_room += usize::from(self.holes.push(hole).is_err());
                 }
             }
         }
-        // A slit without room is found again in each tick. Only its loss is an overrun.
-        self.is_overrun |= lost > self.slits_lost;
-        self.slits_lost = lost;
+        // A slit without room is found again in each tick. It is reported as lost only once.
+        self.has_lost_leak |= without_room > self.slits_without_room;
+        self.slits_without_room = without_room;
     }
 }
 
@@ -62,9 +62,9 @@ mod tests {
     use std::boxed::Box;
     use std::vec::Vec;
 
-    /// An artery of eleven spheres, held at its left end, and its scene. Link 5 has this share of
-    /// its stiffness left. `work` runs on both.
-    fn on_artery(left: f32, work: impl FnOnce(&Scene<'_>, &mut crate::state::State)) {
+    /// Runs `work` on an artery of eleven spheres that is held at its left end. `intact` is the
+    /// intact share of the stiffness of link 5.
+    fn on_artery(intact: f32, work: impl FnOnce(&Scene<'_>, &mut crate::state::State)) {
         let spheres: Vec<_> = (0..11)
             .map(|i| crate::scene::RestSphere {
                 held: i == 0,
@@ -87,21 +87,21 @@ mod tests {
         let mut state = Box::new(crate::state::State::new());
         state.bodies.load(&scene);
         state.bodies.begin(&scene, true);
-        state.bodies.parted.leave_of_link(5, left);
+        state.bodies.damage.weaken_link(5, intact);
         work(&scene, &mut state);
     }
 
     /// Events (kind and value) of the artery, which is divided at link 5 after half of the ticks if
     /// `parts`.
-    fn reported(left: f32, ticks: u32, parts: bool) -> Vec<(EventKind, f32)> {
+    fn reported(intact: f32, ticks: u32, parts: bool) -> Vec<(EventKind, f32)> {
         let mut events = Vec::new();
-        on_artery(left, |scene, state| {
+        on_artery(intact, |scene, state| {
             let (clips, mut journal) = (Clips::default(), Journal::default());
             for tick in 0..ticks {
                 journal.begin();
                 if parts && tick == ticks / 2 {
-                    state.bodies.parted.part_link(5);
-                    state.vessels.note_change();
+                    state.bodies.damage.sever_link(5);
+                    state.vessels.mark_changed();
                 }
                 let (bodies, vessels) = (&mut state.bodies, &mut state.vessels);
                 vessels.flow(scene, &clips, bodies, &mut journal);
@@ -112,21 +112,21 @@ mod tests {
     }
 
     #[test]
-    fn a_slit_without_room_is_an_overrun_once() {
+    fn a_slit_without_room_is_reported_once() {
         on_artery(0.3, |scene, state| {
             let sphere = 0;
-            let hole = Hole::new(Opening::Off { sphere });
+            let hole = Hole::new(Opening::TornOff { sphere });
             while state.vessels.holes.push(hole).is_ok() {}
-            let overruns = |state: &mut crate::state::State, ticks| {
+            let lost_leaks = |state: &mut crate::state::State, ticks| {
                 let found = (0..ticks).map(|_| {
                     state.vessels.find_slits(scene, &state.bodies);
-                    state.vessels.is_overrun()
+                    state.vessels.take_lost_leak()
                 });
                 found.collect::<Vec<_>>()
             };
-            assert_eq!(overruns(state, 3), [true, false, false]);
-            state.bodies.parted.leave_of_link(7, 0.3);
-            assert_eq!(overruns(state, 2), [true, false], "another slit");
+            assert_eq!(lost_leaks(state, 3), [true, false, false]);
+            state.bodies.damage.weaken_link(7, 0.3);
+            assert_eq!(lost_leaks(state, 2), [true, false], "another slit");
         });
     }
 
@@ -137,7 +137,7 @@ mod tests {
             [],
             "a little more than half is left"
         );
-        assert_eq!(reported(0.3, HALF_TICKS, false), [], "it may go on");
+        assert_eq!(reported(0.3, SLIT_DELAY_TICKS, false), [], "it may go on");
         let both = [(EventKind::Perforation, 0.0), (EventKind::Leak, 0.5)];
         assert_eq!(reported(0.3, 300, false), both);
     }

@@ -113,14 +113,14 @@ fn loaded(scene: &Scene<'_>) -> Box<Bodies> {
 fn outcome(bodies: &Bodies, scene: &Scene<'_>) -> List<u32> {
     let mut all = List::new();
     for i in 0..scene.layers.cells.len() as u16 {
-        let there = bodies.cells.is_there(i);
-        all.push(u32::from(there) + 2 * u32::from(there && bodies.cells.is_exposed(i)));
+        let present = bodies.cells.is_present(i);
+        all.push(u32::from(present) + 2 * u32::from(present && bodies.cells.is_exposed(i)));
     }
     for i in 0..SPHERES {
-        all.push(bodies.cells.left_of(i).to_bits());
+        all.push(bodies.cells.remaining_share(i).to_bits());
         all.push(u32::from(bodies.bits.at(i).0));
-        all.push(bodies.parted.left_of_tie(i as usize).to_bits());
-        all.push(bodies.parted.left_of_link(i).to_bits());
+        all.push(bodies.damage.intact_of_tie(i as usize).to_bits());
+        all.push(bodies.damage.intact_of_link(i).to_bits());
     }
     all.push(bodies.cells.sunk_m(0, scene).to_bits());
     all
@@ -128,24 +128,28 @@ fn outcome(bodies: &Bodies, scene: &Scene<'_>) -> List<u32> {
 
 /// Asserts that exposure, volumes and flags agree with the set of removed cells.
 fn check(bodies: &Bodies, scene: &Scene<'_>) {
-    let mut left = [0u64; SPHERES as usize];
+    let mut remaining = [0u64; SPHERES as usize];
     for (i, cell) in (0u16..).zip(scene.layers.cells) {
         let place = usize::from(i);
-        let taken_j = bodies.cells.taken_j[place];
-        assert!((0.0..=cell.energy_j).contains(&taken_j), "{i}: {taken_j} J");
-        if bodies.cells.is_there(i) {
-            let open = |n: &u16| *n == NO_CELL || !bodies.cells.is_there(*n);
+        let heat_j = bodies.cells.heat_j[place];
+        assert!((0.0..=cell.energy_j).contains(&heat_j), "{i}: {heat_j} J");
+        if bodies.cells.is_present(i) {
+            let open = |n: &u16| *n == NO_CELL || !bodies.cells.is_present(*n);
             let exposed = cell.neighbours.iter().any(open);
             assert_eq!(bodies.cells.is_exposed(i), exposed, "{i}");
-            left[cell.sphere() as usize] += u64::from(units(cell));
+            remaining[cell.sphere() as usize] += u64::from(volume_units(cell));
         }
     }
-    for (i, left) in (0u32..).zip(left) {
-        assert_eq!(u64::from(*bodies.cells.left.at(i)), left, "sphere {i}");
+    for (i, remaining) in (0u32..).zip(remaining) {
+        assert_eq!(
+            u64::from(*bodies.cells.remaining_units.at(i)),
+            remaining,
+            "sphere {i}"
+        );
         let removed = bodies.bits.at(i).contains(SphereBits::REMOVED);
         assert_eq!(
             removed,
-            left == 0 && bodies.cells.has_cells(i),
+            remaining == 0 && bodies.cells.has_cells(i),
             "sphere {i}"
         );
     }
@@ -181,7 +185,7 @@ fn a_million_random_deletions_never_break_it() {
                 let heat = [0.5, -1.0, f32::NAN, f32::INFINITY, 1.0e30, 0.0];
                 let energy_j = heat[dice.below(6) as usize];
                 if let Some(cell) = scene.layers.cell(index)
-                    && bodies.cells.give(index, cell, energy_j)
+                    && bodies.cells.add_heat(index, cell, energy_j)
                 {
                     removed += u32::from(bodies.remove_cell(index, &scene).is_some());
                 }
@@ -193,7 +197,7 @@ fn a_million_random_deletions_never_break_it() {
         }
         if bodies.cells.removed == count {
             check(&bodies, &scene);
-            bodies.rest(&scene);
+            bodies.reset(&scene);
             check(&bodies, &scene);
             resets += 1;
         }
@@ -216,19 +220,19 @@ fn skin_sinks_with_its_cells_and_is_open_when_all_are_removed() {
         bodies.remove_cell(cell, &scene).unwrap();
         cell = scene.layers.cell(cell).unwrap().across(4);
     }
-    assert!(bodies.cells.sunk_m(0, &scene) > OPEN_M);
+    assert!(bodies.cells.sunk_m(0, &scene) > OPEN_DEPTH_M);
     assert!(bodies.cells.sunk_m(7, &scene) <= 0.0, "no such column");
 }
 
 #[test]
-fn cells_that_hang_on_nothing_go_and_no_others() {
+fn only_detached_cells_are_removed() {
     let block = Block::new();
     let scene = block.scene();
     let mut bodies = loaded(&scene);
     let mut removed = List::new();
     bodies.tear_cells(&scene, |cell| removed.push(cell.cell));
     assert!(removed.is_empty());
-    bodies.parted.leave_of_tie(3, 0.0);
+    bodies.damage.weaken_tie(3, 0.0);
     for _ in 0..100 {
         bodies.tear_cells(&scene, |cell| removed.push(cell.cell));
     }
@@ -237,19 +241,19 @@ fn cells_that_hang_on_nothing_go_and_no_others() {
         .filter(|(_, cell)| cell.sphere() == 3);
     assert_eq!(removed, own.map(|(i, _)| i).collect::<List<u16>>());
     assert!(bodies.bits.at(3).contains(SphereBits::REMOVED));
-    assert!(bodies.parted.left_of_link(2) <= 0.0 && bodies.parted.left_of_link(3) <= 0.0);
-    assert!(bodies.parted.left_of_link(4) >= 1.0);
+    assert!(bodies.damage.intact_of_link(2) <= 0.0 && bodies.damage.intact_of_link(3) <= 0.0);
+    assert!(bodies.damage.intact_of_link(4) >= 1.0);
     check(&bodies, &scene);
 }
 
 /// A sphere that did not follow would fall, and with it the cells that it carries in part.
 #[test]
-fn a_sphere_without_cells_goes_with_its_neighbours() {
+fn sphere_without_cells_moves_with_its_neighbours() {
     let block = Block::new();
     let scene = block.scene();
     let mut bodies = loaded(&scene);
-    let away = Vec3::new(0.001, 0.002, -0.003);
-    bodies.carry_removed(&scene);
+    let target_m = Vec3::new(0.001, 0.002, -0.003);
+    bodies.move_spheres_without_cells(&scene);
     for (index, _) in (0u16..)
         .zip(&block.cells)
         .filter(|(_, it)| it.sphere() == 3)
@@ -257,15 +261,19 @@ fn a_sphere_without_cells_goes_with_its_neighbours() {
         assert!(bodies.remove_cell(index, &scene).is_some());
     }
     for sphere in [2, 4] {
-        bodies.nodes.at_mut(sphere).put(&away, &Vec3::zeros());
+        bodies.nodes.at_mut(sphere).put(&target_m, &Vec3::zeros());
     }
     bodies.nodes.at_mut(3).put(&Vec3::y(), &-Vec3::y());
     for _ in 0..100 {
-        bodies.carry_removed(&scene);
+        bodies.move_spheres_without_cells(&scene);
     }
-    let off_m = |sphere: u32| crate::math::norm(&(bodies.nodes.at(sphere).moved_m() - away));
-    assert!(off_m(3) < 1.0e-6, "{}", off_m(3));
-    assert!(off_m(2) <= 0.0 && off_m(4) <= 0.0, "nobody follows it");
+    let distance_m =
+        |sphere: u32| crate::math::norm(&(bodies.nodes.at(sphere).moved_m() - target_m));
+    assert!(distance_m(3) < 1.0e-6, "{}", distance_m(3));
+    assert!(
+        distance_m(2) <= 0.0 && distance_m(4) <= 0.0,
+        "nobody follows it"
+    );
     assert!(crate::math::norm(&bodies.nodes.at(3).velocity_m_s()) <= 0.0);
 }
 
@@ -274,20 +282,20 @@ proptest! {
     /// The state does not depend on the order of removal, bit for bit. A reset restores the first
     /// state.
     #[test]
-    fn the_order_does_not_matter(
+    fn order_of_removal_does_not_matter(
         order in Just((0..SIDE * SIDE * LAYERS).collect::<List<u16>>()).prop_shuffle(),
         taken in 0usize..800,
     ) {
         let block = Block::new();
         let scene = block.scene();
         let mut bodies = loaded(&scene);
-        let whole = outcome(&bodies, &scene);
+        let initial = outcome(&bodies, &scene);
         for cell in &order[..taken] {
             prop_assert!(bodies.remove_cell(*cell, &scene).is_some());
         }
         let first = outcome(&bodies, &scene);
-        bodies.rest(&scene);
-        prop_assert_eq!(outcome(&bodies, &scene), whole);
+        bodies.reset(&scene);
+        prop_assert_eq!(outcome(&bodies, &scene), initial);
         let mut sorted = order[..taken].to_vec();
         sorted.sort_unstable();
         for cell in sorted {

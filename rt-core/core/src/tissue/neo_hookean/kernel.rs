@@ -1,10 +1,11 @@
 //! One pass over the tetrahedra of an organ, eight at a time.
 //!
-//! Cost: a tetrahedron takes about 430 additions and multiplications and three divisions, eight to
-//! an instruction. It reads 72 bytes of its own in order, and reads and writes 40 bytes of its
-//! memory (`BatchMemory`). Per corner it gathers 32 bytes from nodes in the second-level cache, and
-//! scatters 16. The rate at which a core issues instructions bounds the kernel, not memory. To
-//! count them:
+//! Cost: a tetrahedron takes about 430 additions and multiplications and three divisions; one
+//! instruction serves eight tetrahedra. In order, a tetrahedron reads 72 bytes of constants (its
+//! record and its mobility), and reads and writes 40 bytes of memory (volume and stress in
+//! `BatchMemory`). Per corner it gathers 32 bytes from nodes in the second-level cache, and
+//! scatters 16. The instruction rate of the core limits the kernel, not memory. To count the
+//! instructions:
 //!
 //! ```text
 //! cargo build --release -p rt-core --example cost
@@ -20,28 +21,28 @@ use crate::tissue::warm_start::BatchMemory;
 /// Squared norm of the cofactor matrix (3 at rest) below which a tetrahedron counts as crushed to a
 /// line or a point. Its volume constraint then has no gradient that would open it.
 const CRUSHED: f32 = 0.2;
-/// Largest addition to the diagonal of `F` by which a crushed tetrahedron counts as more open than
-/// it is.
-const OPENING: f32 = 0.5;
+/// Largest addition to the diagonal of `F` of a crushed tetrahedron, which makes it appear more
+/// open than it is.
+const OPENING_MAX: f32 = 0.5;
 
 /// Largest share by which the corners of an inverted tetrahedron are drawn towards their mean
-/// displacement in a pass. 0.1 leaves knots in a scrambled liver (`scrambled_it_comes_back`), and
-/// 0.8 shakes one that was pulled to five times its length.
-const DRAWN_MAX: f32 = 0.4;
+/// displacement in a pass. 0.1 leaves knots in a scrambled liver (`scrambled_it_comes_back`); 0.8
+/// shakes a liver that was pulled to five times its length.
+const CONTRACTION_MAX: f32 = 0.4;
 
 /// An organ's elasticity for one substep.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Moduli {
     /// `μ dt²`, N s²/m².
     pub(super) shear: f32,
-    /// `μ/λ` with `λ = λ₀ + μ`.
+    /// `μ/λ`, with `λ = λ₀ + μ`.
     pub(super) shear_over_bulk: f32,
     /// `γ = 1 + μ/λ`: with it, the stress of an undeformed tetrahedron is zero.
     pub(super) rest_volume: f32,
     /// Retardation time over dt: weight of the strain rate relative to the strain.
     pub(super) rate: f32,
     /// Share of the last impulses that the prediction contains.
-    pub(super) kept: f32,
+    pub(super) kept_share: f32,
 }
 
 /// Projects every batch in order, in AVX registers if the processor has them, else in plain arrays.
@@ -54,7 +55,7 @@ pub(super) fn project(
     #[cfg(target_arch = "x86_64")]
     if has_avx::get() {
         #[allow(unsafe_code)] // as in `wide::avx` and `math::sqrt`
-        // SAFETY: the processor has just said that it has AVX.
+        // SAFETY: `has_avx` has just found AVX on this processor.
         return unsafe { project_avx(nodes, batches, last, moduli) };
     }
     project_plain(nodes, batches, last, moduli);
@@ -116,12 +117,12 @@ type Symmetric<W> = [W; 6];
 /// J⁺ = det F + (cof F : (Y − F) + p (cof F : (cof F − Z))) / (1 + s)
 /// ```
 ///
-/// `s` weighs the change of `F` in this projection, and has no effect at rest. The direction `cof
-/// F` of the pressure turns with `F`, by at most `|p|` times that change. So `s` is the size of the
-/// pressure `p` at `F`, but at least 1, which is its size without load. `r` is the retardation time
-/// over dt, and `J'` is `J⁺` of the last substep.
+/// `s` resists the change of `F` in this projection, and has no effect at rest. It is needed
+/// because the direction `cof F` of the pressure changes with `F`, by at most `|p|` times that
+/// change. So `s` is the size of the pressure `p` at `F`, and at least 1, its size without load.
+/// `r` is the retardation time divided by dt, and `J'` is `J⁺` of the last substep.
 ///
-/// No closure here: a closure that is not inlined would be compiled without the wide registers.
+/// There are no closures here, because a closure that is not inlined would be compiled without AVX.
 #[inline(always)]
 fn project_batch<W: Wide>(
     nodes: &mut PerSphere<Node>,
@@ -146,7 +147,7 @@ fn project_batch<W: Wide>(
     let b = [load(b1), load(b2), load(b3)];
     let f = deformation(&edges, &b);
     let (volume, cofactor) = volume_and_cofactor(&f);
-    let old = scale_all(&load_all(&last.stress), W::splat(moduli.kept));
+    let old = scale_all(&load_all(&last.stress), W::splat(moduli.kept_share));
     let new = stress(&f, volume, &cofactor, &old, last, moduli);
     last.stress = [store(new[0]), store(new[1]), store(new[2])];
 
@@ -166,7 +167,7 @@ fn project_batch<W: Wide>(
     scatter(nodes, s2, scale(impulses[1], weights[2]));
     scatter(nodes, s3, scale(impulses[2], weights[3]));
     if volume.any_below(W::splat(0.0)) {
-        let [d0, d1, d2, d3] = drawn_together(&edges, &weights, volume);
+        let [d0, d1, d2, d3] = contraction(&edges, &weights, volume);
         shift(nodes, s0, d0);
         shift(nodes, s1, d1);
         shift(nodes, s2, d2);
@@ -190,39 +191,39 @@ fn stress<W: Wide>(
         .mul(W::splat(moduli.shear_over_bulk.recip()));
     let s = pressure.max(zero.sub(pressure)).max(one);
     let s_and_one = s.add(one);
-    let per_s_and_one = one.div(s_and_one);
+    let inverse_s_and_one = one.div(s_and_one);
     let scaled = mobility(last, s_and_one.mul(W::splat(moduli.shear)));
     let inverse = inverse_of_one_plus(&scaled);
 
-    let y = sub_all(f, &by_symmetric(old, &scaled));
-    let y = by_symmetric(&y, &inverse);
-    let z = by_symmetric(cofactor, &inverse);
-    let before = volume.add(inner(cofactor, &sub_all(&y, f)).mul(per_s_and_one));
-    let gives = inner(cofactor, &sub_all(cofactor, &z)).mul(per_s_and_one);
+    let y = sub_all(f, &times_symmetric(old, &scaled));
+    let y = times_symmetric(&y, &inverse);
+    let z = times_symmetric(cofactor, &inverse);
+    let before = volume.add(inner(cofactor, &sub_all(&y, f)).mul(inverse_s_and_one));
+    let volume_per_pressure = inner(cofactor, &sub_all(cofactor, &z)).mul(inverse_s_and_one);
 
     let rate = W::splat(moduli.rate);
     let error = before
         .sub(W::splat(moduli.rest_volume))
         .add(before.sub(W::load(&last.volume)).mul(rate));
-    let resists = gives
+    let denominator = volume_per_pressure
         .mul(rate.add(one))
         .add(W::splat(moduli.shear_over_bulk));
-    let p = zero.sub(error.div(resists));
-    last.volume = before.add(gives.mul(p)).store();
+    let p = zero.sub(error.div(denominator));
+    last.volume = before.add(volume_per_pressure.mul(p)).store();
     sub_all(&scale_all(&z, p), &y)
 }
 
-/// Draws the displacements of an inverted tetrahedron's corners together, without moving their
-/// common centre of mass. Elasticity alone turns an inverted tetrahedron back in ways that wind
-/// tissue into knots, and a knot is an equilibrium. Corners that are drawn together leave the knot.
+/// Displacements that contract an inverted tetrahedron without moving its centre of mass.
+/// Elasticity alone can turn an inverted tetrahedron back in ways that wind tissue into knots, and
+/// a knot is an equilibrium. Contraction takes the corners out of the knot.
 #[inline(always)]
-fn drawn_together<W: Wide>(edges: &[Vec3<W>; 3], weights: &[W; 4], volume: W) -> [Vec3<W>; 4] {
+fn contraction<W: Wide>(edges: &[Vec3<W>; 3], weights: &[W; 4], volume: W) -> [Vec3<W>; 4] {
     let zero = W::splat(0.0);
-    let inside_out = zero.sub(volume).max(zero);
-    // The smaller of two, as the negative of the larger of their negatives.
+    let inversion = zero.sub(volume).max(zero);
+    // The minimum of two, as the negative of the maximum of their negatives.
     let share = zero.sub(
-        zero.sub(inside_out.mul(W::splat(10.0)))
-            .max(W::splat(-DRAWN_MAX)),
+        zero.sub(inversion.mul(W::splat(10.0)))
+            .max(W::splat(-CONTRACTION_MAX)),
     );
     let [w0, w1, w2, w3] = *weights;
     let lightest = w0.max(w1).max(w2).max(w3).max(W::splat(1.0e-6));
@@ -248,7 +249,7 @@ fn gather<W: Wide>(nodes: &PerSphere<Node>, spheres: &[u16; LANES]) -> Corner<W>
     let [a, b, c, d, e, f, g, h] = *spheres;
     let [a, b, c, d] = [at(nodes, a), at(nodes, b), at(nodes, c), at(nodes, d)];
     let [e, f, g, h] = [at(nodes, e), at(nodes, f), at(nodes, g), at(nodes, h)];
-    // The steps have a zero in the lane of the weight.
+    // The steps have zero in the spare lane, so the sum keeps the weight there.
     let rows = [
         a.moved_m + a.step_m,
         b.moved_m + b.step_m,
@@ -345,7 +346,7 @@ fn scale_symmetric<W: Wide>(m: &Symmetric<W>, by: W) -> Symmetric<W> {
 
 /// Matrix, by rows, times a symmetric matrix.
 #[inline(always)]
-fn by_symmetric<W: Wide>(m: &Matrix<W>, s: &Symmetric<W>) -> Matrix<W> {
+fn times_symmetric<W: Wide>(m: &Matrix<W>, s: &Symmetric<W>) -> Matrix<W> {
     let [xx, yy, zz, xy, xz, yz] = *s;
     let rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
     [times(&rows, m[0]), times(&rows, m[1]), times(&rows, m[2])]
@@ -384,7 +385,7 @@ fn row<W: Wide>(edges: &[Vec3<W>; 3], gradients: &[Vec3<W>; 3], i: usize) -> Vec
 }
 
 /// `det F` and the cofactor matrix, by rows. A crushed tetrahedron gets the values of a matrix that
-/// is a little more open in every direction, and so opens.
+/// is a little more open in every direction, so that its volume constraint opens it.
 #[inline(always)]
 fn volume_and_cofactor<W: Wide>(f: &[Vec3<W>; 3]) -> (W, [Vec3<W>; 3]) {
     let closed = cofactor(f);
@@ -392,7 +393,7 @@ fn volume_and_cofactor<W: Wide>(f: &[Vec3<W>; 3]) -> (W, [Vec3<W>; 3]) {
     if !size.any_below(W::splat(CRUSHED)) {
         return (dot(f[0], closed[0]), closed);
     }
-    let open = W::splat(OPENING).sub(size.mul(W::splat(OPENING / CRUSHED)));
+    let open = W::splat(OPENING_MAX).sub(size.mul(W::splat(OPENING_MAX / CRUSHED)));
     let open = open.max(W::splat(0.0));
     let opened = [
         [f[0][0].add(open), f[0][1], f[0][2]],

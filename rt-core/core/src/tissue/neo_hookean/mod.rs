@@ -1,7 +1,7 @@
 //! Tissue as a neo-Hookean solid over the tetrahedra between sphere centres.
 //!
-//! The constraints follow from Young's modulus, Poisson's ratio and density. At rest the stress is
-//! the stress of the energy, with any number of substeps.
+//! The constraints follow from Young's modulus and Poisson's ratio. At rest the stress is that of
+//! the energy, with any number of substeps.
 
 mod kernel;
 mod wide;
@@ -16,11 +16,11 @@ use crate::tissue::warm_start::{Limits, SphereMemory};
 use crate::tissue::{Bodies, Node, Solver};
 
 /// Largest Poisson's ratio that is used. Linear tetrahedra lock at a larger ratio: at 0.49 they sag
-/// a fifth too little. A liver of 0.49 hangs 0.64 mm rms off finite elements if it is computed with
-/// 0.45, and 2.3 mm if it is computed with 0.49.
+/// a fifth too little. The shape of a hanging liver of ratio 0.49 differs from finite elements by
+/// 0.64 mm rms if it is computed with 0.45, and by 2.3 mm if it is computed with 0.49.
 pub const POISSON_MAX: f32 = 0.45;
 
-/// Share of Young's modulus that the tetrahedra use. Tetrahedra resist more than the solid that
+/// Share of Young's modulus that the tetrahedra use. Tetrahedra are stiffer than the solid that
 /// they represent, because they are linear, span sphere centres, and carry the tissue up to the
 /// skin. Fitted to the sag of one liver (581 spheres) against finite elements (`evaluate`). Every
 /// organ, material and resolution uses this number.
@@ -43,9 +43,9 @@ impl Solver for NeoHookean {
         let batches = scene.batches_of(organ);
         if let (false, Some(moduli)) = (batches.is_empty(), moduli(&organ.material, step_s, limits))
         {
-            begin(nodes, organ, limits.kept, memory.spheres);
+            begin(nodes, organ, limits.kept_share, memory.spheres);
             kernel::project(nodes, batches, memory.batches, &moduli);
-            end(nodes, organ, limits.kept, memory.spheres);
+            end(nodes, organ, limits.kept_share, memory.spheres);
         }
     }
 
@@ -59,28 +59,30 @@ impl Solver for NeoHookean {
     }
 }
 
-/// Keeps the prediction in `after_m`, and adds the impulses of the last substep to the steps.
-fn begin(nodes: &mut PerSphere<Node>, organ: &Organ, kept: f32, memory: &mut [SphereMemory]) {
+/// Keeps the prediction in `step_after_tetrahedra_m`, and adds the impulses of the last substep to
+/// the steps.
+fn begin(nodes: &mut PerSphere<Node>, organ: &Organ, kept_share: f32, memory: &mut [SphereMemory]) {
     let nodes = nodes.range_mut(organ.sphere_start, organ.sphere_count);
     for (node, last) in nodes.iter_mut().zip(memory) {
-        let weight = kept * node.inverse_mass_per_kg();
-        last.after_m = node.step_m;
+        let weight = kept_share * node.inverse_mass_per_kg();
+        last.step_after_tetrahedra_m = node.step_m;
         node.step_m = node.step_m + (last.elastic + last.outer).scaled(weight);
     }
 }
 
-/// Takes the outer impulses out of the steps, and keeps the tetrahedra's impulses of this substep.
-fn end(nodes: &mut PerSphere<Node>, organ: &Organ, kept: f32, memory: &mut [SphereMemory]) {
+/// Subtracts the outer impulses from the steps, and stores the tetrahedra's impulses of this
+/// substep.
+fn end(nodes: &mut PerSphere<Node>, organ: &Organ, kept_share: f32, memory: &mut [SphereMemory]) {
     let nodes = nodes.range_mut(organ.sphere_start, organ.sphere_count);
     for (node, last) in nodes.iter_mut().zip(memory) {
         let weight = node.inverse_mass_per_kg();
-        node.step_m = node.step_m - last.outer.scaled(kept * weight);
-        last.elastic = impulse(node.step_m - last.after_m, weight);
-        last.after_m = node.step_m;
+        node.step_m = node.step_m - last.outer.scaled(kept_share * weight);
+        last.elastic = impulse(node.step_m - last.step_after_tetrahedra_m, weight);
+        last.step_after_tetrahedra_m = node.step_m;
     }
 }
 
-/// Impulse over dt, m kg, that moves a sphere of this inverse mass by `step_m`.
+/// Positional impulse, m kg, that moves a sphere of this inverse mass by `step_m`.
 pub(crate) fn impulse(step_m: Lanes, weight_per_kg: f32) -> Lanes {
     if weight_per_kg > 0.0 {
         step_m.scaled(weight_per_kg.recip())
@@ -89,7 +91,7 @@ pub(crate) fn impulse(step_m: Lanes, weight_per_kg: f32) -> Lanes {
     }
 }
 
-/// Weight of the strain rate relative to the strain: retardation time over dt, at most
+/// Weight of the strain rate relative to the strain: retardation time divided by dt, at most
 /// `Limits::rate_max`.
 fn rate(material: &Material, step_s: f32, limits: Limits) -> f32 {
     (material.retardation_s / step_s).min(limits.rate_max)
@@ -112,7 +114,7 @@ fn moduli(material: &Material, step_s: f32, limits: Limits) -> Option<Moduli> {
         shear_over_bulk: mu_pa / lambda_pa,
         rest_volume: 1.0 + mu_pa / lambda_pa,
         rate: rate(material, step_s, limits),
-        kept: limits.kept,
+        kept_share: limits.kept_share,
     })
 }
 

@@ -19,8 +19,8 @@ use crate::tissue::per_sphere::PerSphere;
 use crate::tissue::warm_start::{BatchMemory, Limits};
 
 const STEP_S: f32 = 0.001;
-const KEPT: Limits = Limits {
-    kept: 1.0,
+const KEPT_SHARE: Limits = Limits {
+    kept_share: 1.0,
     rate_max: 10.0,
 };
 
@@ -32,7 +32,7 @@ fn grid() -> Vec<RestSphere> {
 
 /// Six tetrahedra in each cube of the grid.
 fn cells() -> Vec<Tetra> {
-    let mut made = Vec::new();
+    let mut packed_batches = Vec::new();
     for i in 0..27 {
         let corner = i % 3 + i / 3 % 3 * 4 + i / 9 * 16;
         for (a, b, sign) in [
@@ -47,32 +47,32 @@ fn cells() -> Vec<Tetra> {
             if sign < 0 {
                 spheres.swap(1, 2);
             }
-            made.push(Tetra {
+            packed_batches.push(Tetra {
                 spheres,
                 volume_m3: 1.0e-6 / 6.0,
             });
         }
     }
-    made
+    packed_batches
 }
 
 fn stiff() -> Moduli {
     let mut material = organ(0, 64, 0, 0).material;
     material.retardation_s = 0.002;
-    moduli(&material, STEP_S, KEPT).unwrap()
+    moduli(&material, STEP_S, KEPT_SHARE).unwrap()
 }
 
 fn packed() -> Vec<TetraBatch> {
-    let mut made = Vec::new();
-    batches(&cells(), &grid(), |batch| made.push(batch)).unwrap();
-    made
+    let mut packed_batches = Vec::new();
+    batches(&cells(), &grid(), |batch| packed_batches.push(batch)).unwrap();
+    packed_batches
 }
 
 /// Memories of tetrahedra at rest between these nodes.
 fn memories(batches: &[TetraBatch], nodes: &PerSphere<Node>) -> Vec<BatchMemory> {
     let weighed = |batch| {
         let mut memory = BatchMemory::REST;
-        memory.weigh(batch, nodes);
+        memory.set_masses(batch, nodes);
         memory
     };
     batches.iter().map(weighed).collect()
@@ -181,7 +181,7 @@ proptest! {
     }
 
     #[test]
-    fn the_kernel_does_what_the_formula_says(
+    fn kernel_matches_the_formula(
         displaced in prop::collection::vec(prop::array::uniform6(-0.002f32..0.002), 64)
     ) {
         let mut fast = nodes(&displaced);
@@ -189,13 +189,13 @@ proptest! {
         let mut formula = nodes(&displaced);
         project_by_formula(&mut formula, &stiff());
         for i in 0..64 {
-            let apart = math::norm(&(fast.at(i).moved_m() - formula.at(i).moved_m()));
-            prop_assert!(apart < 2.0e-6, "sphere {} is {} m off", i, apart);
+            let difference_m = math::norm(&(fast.at(i).moved_m() - formula.at(i).moved_m()));
+            prop_assert!(difference_m < 2.0e-6, "sphere {} is {} m off", i, difference_m);
         }
     }
 
     #[test]
-    fn momentum_stays(displaced in prop::collection::vec(prop::array::uniform6(-0.02f32..0.02), 64)) {
+    fn momentum_is_conserved(displaced in prop::collection::vec(prop::array::uniform6(-0.02f32..0.02), 64)) {
         let mut all = nodes(&displaced);
         for i in 0..64 {
             all.at_mut(i).set_inverse_mass_per_kg(200.0 + 50.0 * (i % 7) as f32);
@@ -223,9 +223,9 @@ fn a_rigid_motion_is_left_alone() {
         turned.at_mut(i).set_inverse_mass_per_kg(1000.0);
     }
     pass(kernel::project, &mut turned);
-    let most = (0..64).map(|i| math::norm(&turned.at(i).step_m.vec3()));
-    let most = most.fold(0.0, f32::max);
-    assert!(most < 1.0e-6, "moved by {most} m");
+    let step_max_m = (0..64).map(|i| math::norm(&turned.at(i).step_m.vec3()));
+    let step_max_m = step_max_m.fold(0.0, f32::max);
+    assert!(step_max_m < 1.0e-6, "moved by {step_max_m} m");
 }
 
 /// One tetrahedron under a constant force comes to the stress of the energy, not of its
@@ -236,8 +236,8 @@ fn a_tetrahedron_in_balance_has_the_stress_of_its_energy() {
         spheres: [4, 5, 8, 20],
         volume_m3: 1.0e-6 / 6.0,
     }];
-    let mut made = Vec::new();
-    batches(&one, &grid(), |batch| made.push(batch)).unwrap();
+    let mut packed_batches = Vec::new();
+    batches(&one, &grid(), |batch| packed_batches.push(batch)).unwrap();
     let mut nodes = nodes(&[[0.0; 6]; 64]);
     for held in [4, 5, 8] {
         nodes.at_mut(held).set_inverse_mass_per_kg(0.0);
@@ -245,7 +245,7 @@ fn a_tetrahedron_in_balance_has_the_stress_of_its_energy() {
     let moduli = stiff();
     let force_n = Vec3::new(-0.02, 0.01, -0.03);
     let fall_m = force_n * (1000.0 * STEP_S * STEP_S);
-    let mut last = memories(&made, &nodes);
+    let mut last = memories(&packed_batches, &nodes);
     let mut pushed_m = Lanes::ZERO;
     for _ in 0..3000 {
         // Overdamped: the sphere begins each step at rest.
@@ -253,7 +253,7 @@ fn a_tetrahedron_in_balance_has_the_stress_of_its_energy() {
         let moved_m = node.moved_m();
         node.put(&moved_m, &Vec3::zeros());
         node.step_m = Lanes::new(&fall_m, 0.0) + pushed_m;
-        kernel::project(&mut nodes, &made, &mut last, &moduli);
+        kernel::project(&mut nodes, &packed_batches, &mut last, &moduli);
         pushed_m = nodes.at(20).step_m - Lanes::new(&fall_m, 0.0);
     }
     let [f, cofactor, inverse] = deformed(&nodes, [4, 5, 8, 20]);
@@ -263,21 +263,21 @@ fn a_tetrahedron_in_balance_has_the_stress_of_its_energy() {
     let stress_pa = (f + cofactor * pressure) * mu_pa;
     let elastic_n = stress_pa * inverse.row(2).transpose() * (-1.0e-6 / 6.0);
     assert!((f - Matrix3::identity()).norm() > 0.3, "{f}");
-    let left_n = (elastic_n + force_n.cast()).norm();
+    let residual_n = (elastic_n + force_n.cast()).norm();
     assert!(
-        left_n < 1.0e-4,
-        "{left_n} N of {} N are left",
+        residual_n < 1.0e-4,
+        "{residual_n} N of {} N are left",
         math::norm(&force_n)
     );
 }
 
 #[test]
-fn poisson_beyond_the_lock_is_taken_for_the_limit() {
+fn poisson_beyond_locking_is_clamped() {
     let mut material = organ(0, 1, 0, 0).material;
     material.poisson = 0.499;
-    let clamped = moduli(&material, STEP_S, KEPT);
+    let clamped = moduli(&material, STEP_S, KEPT_SHARE);
     material.poisson = POISSON_MAX;
-    assert_eq!(clamped, moduli(&material, STEP_S, KEPT));
+    assert_eq!(clamped, moduli(&material, STEP_S, KEPT_SHARE));
     material.young_pa = 0.0;
-    assert_eq!(moduli(&material, STEP_S, KEPT), None);
+    assert_eq!(moduli(&material, STEP_S, KEPT_SHARE), None);
 }

@@ -1,5 +1,5 @@
-//! Eight numbers at once: in plain arrays, and in the registers of a processor with AVX. Both do
-//! equal operations in equal order and never fuse two of them, so they give equal bits.
+//! Vectors of eight numbers: in plain arrays, and in AVX registers. Both do equal operations in
+//! equal order and never fuse two of them, so they give equal bits.
 
 use crate::scene::LANES;
 use crate::tissue::lanes::Lanes;
@@ -19,9 +19,9 @@ pub(super) trait Wide: Copy {
     fn max(self, other: Self) -> Self;
     /// True if any lane is below the lane of `other`.
     fn any_below(self, other: Self) -> bool;
-    /// Turns eight rows of four into four columns of eight.
+    /// Transposes eight rows of four into four columns of eight.
     fn columns(rows: [&Lanes; LANES]) -> [Self; 4];
-    /// Turns three columns of eight, and zeros, into eight rows of four.
+    /// Transposes three columns of eight, and a column of zeros, into eight rows of four.
     fn rows(columns: [Self; 3]) -> [Lanes; LANES];
 }
 
@@ -83,7 +83,7 @@ impl Wide for Plain {
         self.zip(other, |a, b| a / b)
     }
 
-    /// As the processor's instruction does: takes `other` if either is not a number.
+    /// As the processor's instruction: takes `other` if either is NaN.
     #[inline(always)]
     fn max(self, other: Self) -> Self {
         self.zip(other, |a, b| if a > b { a } else { b })
@@ -128,7 +128,7 @@ mod avx {
     use crate::scene::LANES;
     use crate::tissue::lanes::Lanes;
 
-    /// One register. Only code that runs where AVX has been found makes one: see
+    /// One register. Only code that runs after AVX has been found creates values of this type: see
     /// `kernel::project_avx`.
     #[derive(Clone, Copy)]
     pub(in crate::tissue::neo_hookean) struct Avx(__m256);

@@ -7,13 +7,13 @@
 //! where its neighbours have gone on average. `L` need not be stored, and no large coordinates
 //! are subtracted.
 //!
-//! Known faults, kept because this is the paper's method: `L` does not turn with the tissue, so a
-//! rotated organ is pulled back; only one sphere moves at a time, so momentum is not conserved.
+//! Known faults, kept because this is the paper's method: `L` does not rotate with the tissue, so a
+//! rotated organ is pulled back; a step moves one sphere alone, so momentum is not conserved.
 
 use crate::tissue::lanes::Lanes;
 
-/// Step of a sphere with the displacement `own` over the share `stiffness` of the way to its
-/// Laplacian target (paper Eq. 8). The displacements of its `linked` neighbours sum to `sum`. A
+/// Step of a sphere with the displacement `own` towards its Laplacian target (paper Eq. 8): the
+/// share `stiffness` of the distance. The displacements of its `linked` neighbours sum to `sum`. A
 /// sphere without neighbours stays.
 #[must_use]
 #[inline(always)]

@@ -23,7 +23,8 @@ use crate::tissue::{Adjacency, Bodies, Solver};
 /// O(iterations · links).
 #[derive(Debug, Clone)]
 pub struct Paper {
-    /// Iterations in a tick. Raising it stiffens the tissue: the known fault of the paper's method.
+    /// Iterations in a tick. A larger number stiffens the tissue, which is a known fault of the
+    /// paper's method.
     iterations: u32,
     /// Copies of the spheres of the organ that is projected.
     spheres: PerSphere<PaperSphere>,
@@ -40,7 +41,7 @@ impl Paper {
     }
 }
 
-/// A sphere as this method stores it: half a cache line.
+/// A sphere's state in this method: half a cache line.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(32))]
 struct PaperSphere {
@@ -74,7 +75,7 @@ impl Solver for Paper {
             };
         }
         for _ in 0..self.iterations {
-            project_stretch(scene, organ, &mut self.spheres, &bodies.parted);
+            project_stretch(scene, organ, &mut self.spheres, &bodies.damage);
             project_laplacian(organ, &mut self.spheres, &bodies.adjacency);
         }
         let nodes = bodies.nodes.range_mut(start, count).iter_mut();
@@ -90,10 +91,10 @@ fn project_stretch(
     scene: &Scene<'_>,
     organ: &Organ,
     spheres: &mut PerSphere<PaperSphere>,
-    parted: &Damage,
+    damage: &Damage,
 ) {
     let links = scene.links_of(organ).iter();
-    for (link, left) in links.zip(parted.left_of_links(organ)) {
+    for (link, left) in links.zip(damage.intact_of_links(organ)) {
         let stiffness = organ.material.stretch_stiffness * left;
         let (a, b) = (*spheres.at(link.a), *spheres.at(link.b));
         let (wa, wb) = (a.weight(), b.weight());
@@ -111,15 +112,15 @@ fn project_laplacian(organ: &Organ, spheres: &mut PerSphere<PaperSphere>, adjace
         return;
     }
     for i in organ.sphere_start..organ.sphere_start.saturating_add(organ.sphere_count) {
-        let own = *spheres.at(i);
-        if own.weight() <= 0.0 {
+        let sphere = *spheres.at(i);
+        if sphere.weight() <= 0.0 {
             continue;
         }
         let linked = adjacency.of(i);
         let moved = |&n: &u16| spheres.at(u32::from(n)).moved_m;
         let sum = linked.iter().map(moved).fold(Lanes::ZERO, Lanes::add);
-        let step = laplacian(own.moved_m, sum, linked.len(), stiffness);
-        spheres.at_mut(i).moved_m = own.moved_m + step;
+        let step = laplacian(sphere.moved_m, sum, linked.len(), stiffness);
+        spheres.at_mut(i).moved_m = sphere.moved_m + step;
     }
 }
 
@@ -130,11 +131,11 @@ mod tests {
     use crate::math::Vec3;
     use crate::scene::Link;
     use crate::scene::tests::{organ, room, sphere};
-    use crate::tissue::damage::{damage_all, sparing_none};
+    use crate::tissue::damage::{damage_all, spare_none};
     use std::boxed::Box;
 
     #[test]
-    fn a_link_that_has_parted_pulls_by_what_is_left_of_it() {
+    fn damaged_link_pulls_with_its_intact_share() {
         let spheres = [0.0, 0.02].map(|x| sphere(Vec3::new(x, 0.0, 0.0), 0.005));
         let links = [Link {
             a: 0,
@@ -148,17 +149,17 @@ mod tests {
         let scene = Scene::new(&organs, &spheres, &links, room()).unwrap();
         let mut bodies = Box::new(Bodies::new());
         let mut paper = Box::new(Paper::new(1));
-        // Length that one projection takes off a link that is 4 mm too long, m.
-        let mut taken_m = |parted: f32| {
+        // Amount by which one projection shortens a link that is 4 mm too long, m.
+        let mut shortening_m = |damage: f32| {
             bodies.load(&scene);
             bodies.begin(&scene, true);
-            damage_all(&scene, &mut bodies, sparing_none, |_| (), |_, _| parted);
+            damage_all(&scene, &mut bodies, spare_none, |_| (), |_, _| damage);
             bodies.nodes.at_mut(1).move_by(&(Vec3::x() * 0.004));
             paper.project(&scene, &organs[0], 0.001, &mut bodies);
             0.004 - bodies.nodes.at(1).from(bodies.nodes.at(0)).vec3().x + 0.02
         };
-        assert!((taken_m(0.0) - 0.004).abs() < 1.0e-7);
-        assert!((taken_m(0.5) - 0.004 / 3.0).abs() < 1.0e-7);
-        assert!(taken_m(1.0).abs() < 1.0e-7);
+        assert!((shortening_m(0.0) - 0.004).abs() < 1.0e-7);
+        assert!((shortening_m(0.5) - 0.004 / 3.0).abs() < 1.0e-7);
+        assert!(shortening_m(1.0).abs() < 1.0e-7);
     }
 }

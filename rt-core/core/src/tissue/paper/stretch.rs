@@ -8,9 +8,9 @@
 /// | `dp1 = −w1 / (w1 + w2) C n` (Eq. 4) | `−w1 · result · (p1 − p2)` |
 /// | `dp2 = +w2 / (w1 + w2) C n` (Eq. 5) | `+w2 · result · (p1 − p2)` |
 ///
-/// `length` is `|p1 − p2|`, `weight_sum` is `w1 + w2`, `stiffness` the share of the stretch that is
-/// removed (the paper's is 1). Two immovable spheres, and two in one place (which have no
-/// direction), are left alone.
+/// `length` is `|p1 − p2|`, `weight_sum` is `w1 + w2`, and `stiffness` is the share of the stretch
+/// that is removed (1 in the paper). The result is 0 for two immovable spheres, and for two spheres
+/// in one place, which have no direction.
 #[must_use]
 #[inline(always)]
 pub fn stretch(length: f32, weight_sum: f32, rest_length: f32, stiffness: f32) -> f32 {

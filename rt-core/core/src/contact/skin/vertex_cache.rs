@@ -5,12 +5,12 @@ use crate::scene::{Skin, SkinVertex};
 use crate::tissue::Bodies;
 use crate::tissue::lanes::Lanes;
 
-/// Rows of the table. More rows cost memory and evict fewer vertices.
-const SIZE: usize = 1024;
+/// Rows of the cache. More rows cost memory and evict fewer vertices.
+const ROWS: usize = 1024;
 
 /// Position and normal of a vertex in one tick.
 #[derive(Debug, Clone, Copy)]
-struct Corner {
+struct CachedVertex {
     vertex: u16,
     has_normal: bool,
     /// Tick in which position and normal were computed.
@@ -19,7 +19,7 @@ struct Corner {
     normal: Vec3,
 }
 
-const UNKNOWN: Corner = Corner {
+const EMPTY: CachedVertex = CachedVertex {
     vertex: 0,
     has_normal: false,
     tick: 0,
@@ -30,39 +30,40 @@ const UNKNOWN: Corner = Corner {
 /// Direct-mapped cache: vertices with equal low bits evict each other. A miss costs a sum over the
 /// vertex's twelve spheres.
 ///
-/// Call [`Corners::begin`] in each tick before the first lookup. Before the first `begin`, the
+/// Call [`VertexCache::begin`] in each tick before the first lookup. Before the first `begin`, the
 /// empty row 0 counts as a hit: vertex 0 would lie at the origin.
 #[derive(Debug, Clone)]
-pub(crate) struct Corners {
-    rows: [Corner; SIZE],
+pub(crate) struct VertexCache {
+    rows: [CachedVertex; ROWS],
     tick: u32,
 }
 
-impl Default for Corners {
+impl Default for VertexCache {
     fn default() -> Self {
         Self {
-            rows: [UNKNOWN; SIZE],
+            rows: [EMPTY; ROWS],
             tick: 0,
         }
     }
 }
 
-impl Corners {
-    /// Begins a tick: the spheres have moved, so nothing is known.
+impl VertexCache {
+    /// Begins a tick: the spheres have moved, so all entries are invalid.
     pub(crate) fn begin(&mut self) {
         self.tick = self.tick.wrapping_add(1);
         if self.tick == 0 {
-            self.rows.fill(UNKNOWN);
+            self.rows.fill(EMPTY);
             self.tick = 1;
         }
     }
 
     #[inline(always)]
-    fn row(&mut self, index: u16) -> &mut Corner {
-        &mut self.rows[usize::from(index) & (SIZE - 1)]
+    fn row(&mut self, index: u16) -> &mut CachedVertex {
+        &mut self.rows[usize::from(index) & (ROWS - 1)]
     }
 
-    /// Position of a vertex, world frame, m. [`Corners::begin`] must have been called in this tick.
+    /// Position of a vertex, world frame, m. [`VertexCache::begin`] must have been called in this
+    /// tick.
     #[inline]
     pub(crate) fn at_m(&mut self, index: u16, skin: &Skin<'_>, bodies: &Bodies) -> Option<Vec3> {
         let tick = self.tick;
@@ -71,12 +72,12 @@ impl Corners {
             return Some(row.at_m);
         }
         let at_m = at_m(skin.vertex(index)?, bodies);
-        *row = Corner {
+        *row = CachedVertex {
             vertex: index,
             has_normal: false,
             tick,
             at_m,
-            normal: UNKNOWN.normal,
+            normal: EMPTY.normal,
         };
         Some(at_m)
     }
@@ -97,7 +98,7 @@ impl Corners {
         }
         let normal = math::unit(&sum).unwrap_or_else(Vec3::zeros);
         // A corner of the vertex's fan may have taken this row meanwhile.
-        *self.row(index) = Corner {
+        *self.row(index) = CachedVertex {
             vertex: index,
             has_normal: true,
             tick,
@@ -128,7 +129,7 @@ mod tests {
     use std::boxed::Box;
     use std::vec::Vec as List;
 
-    /// As [`Corners::normal`], but without the table.
+    /// As [`VertexCache::normal`], but without the cache.
     fn plain_normal(index: u16, skin: &Skin<'_>, bodies: &Bodies) -> Vec3 {
         let vertex = skin.vertex(index).unwrap();
         let center_m = at_m(vertex, bodies);
@@ -139,7 +140,7 @@ mod tests {
     }
 
     proptest! {
-        /// The table gives the position and normal of a fresh computation, after any earlier
+        /// The cache gives the position and normal of a fresh computation, after any earlier
         /// lookups. 3000 vertices with random fans share 1024 rows.
         #[test]
         fn table_holds_what_a_fresh_computation_gives(
@@ -167,16 +168,16 @@ mod tests {
             let scene = Scene::new(&organs, &spheres, &[], room()).unwrap();
             let mut bodies = Box::new(Bodies::new());
             bodies.load(&scene);
-            let mut corners = Box::new(Corners::default());
+            let mut cache = Box::new(VertexCache::default());
             for round in 0..2 {
-                corners.begin();
+                cache.begin();
                 for &(index, normal) in &asked {
                     if normal {
-                        let known = corners.normal(index, &skin, &bodies).unwrap();
-                        prop_assert_eq!(known, plain_normal(index, &skin, &bodies));
+                        let cached = cache.normal(index, &skin, &bodies).unwrap();
+                        prop_assert_eq!(cached, plain_normal(index, &skin, &bodies));
                     } else {
-                        let known = corners.at_m(index, &skin, &bodies).unwrap();
-                        prop_assert_eq!(known, at_m(&vertices[usize::from(index)], &bodies));
+                        let cached = cache.at_m(index, &skin, &bodies).unwrap();
+                        prop_assert_eq!(cached, at_m(&vertices[usize::from(index)], &bodies));
                     }
                 }
                 bodies.nodes.at_mut(round).move_by(&Vec3::new(0.001, 0.002, 0.003));
