@@ -29,7 +29,8 @@ pub(crate) struct Performance {
     pub(crate) hash: u64,
     /// Messages of the surgeon.
     pub(crate) said: Vec<String>,
-    /// Reports of shaking organs. Only a patient may have any: of the hepatic artery that hangs free.
+    /// Reports of shaking organs. Only a patient may have any: her hepatic artery shakes when it
+    /// hangs free.
     pub(crate) shakes: u32,
     /// The setup, and the inputs of each tick.
     pub(crate) recorded: (RunSetup, Vec<InputRecord>),
