@@ -178,6 +178,10 @@ fn one(page: &mut Page<'_>, chapter: &Chapter) {
         "<h2>{task}</h2><p class=\"lead\">{} – {difficulty} – {scene}</p>",
         escape(&chapter.when)
     ));
+    if let Some(case) = &chapter.case {
+        let line = escape(&case.line(page.words));
+        page.add(format_args!("<p>{line}</p>"));
+    }
     if let Some(why) = &chapter.cut_short {
         let text = page.say_with("page-cut-short", &[("why", why)]);
         page.add(format_args!("<p class=\"bad\">{text}</p>"));

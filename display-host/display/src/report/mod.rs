@@ -26,6 +26,8 @@ pub struct Summary {
     pub program: String,
     /// Name of the scene.
     pub scene: String,
+    /// The patient's case. `None` if the scene is no patient.
+    pub case: Option<assess::report::Case>,
     /// First 16 bytes of the scene's identity, hexadecimal.
     pub scene_id: String,
     /// Ticks of the controller.

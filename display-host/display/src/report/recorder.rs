@@ -233,6 +233,7 @@ impl Recorder {
         Summary {
             program: concat!("calot ", env!("CARGO_PKG_VERSION")).to_owned(),
             scene: scene.name().to_owned(),
+            case: None,
             scene_id: hex(scene.short_id()),
             ticks: counters.map_or(0, |c| c.ticks),
             missed_periods: counters.map_or(0, |c| c.missed_periods),
