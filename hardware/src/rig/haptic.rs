@@ -148,7 +148,7 @@ impl RigHaptic {
                 Err(_) => reject(BadReason::Message),
                 Ok(state) if state.opening.is_some() != opens => reject(BadReason::Message),
                 Ok(state) if Vec3::from(state.position_m).norm() > reach_m => {
-                    reject(BadReason::Reach)
+                    reject(BadReason::Reach);
                 }
                 Ok(state) => {
                     let raw_m_s = Vec3::from(state.velocity_m_s);

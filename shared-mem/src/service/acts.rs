@@ -131,7 +131,6 @@ mod tests {
         );
         let (ready, is_ready) = std::sync::mpsc::channel();
         let desk = std::thread::spawn({
-            let station = station.clone();
             move || {
                 let desk = ActDesk::open(&station).expect("a desk");
                 let second = ActDesk::open(&station).expect_err("a second desk");

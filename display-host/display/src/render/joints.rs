@@ -168,8 +168,9 @@ fn may_join(tube: u32, other: u32) -> bool {
     use OrganKind::{ConnectiveTissue, CysticArtery, Fat, Intestine, Stomach, Vessel};
     let is_one_of = |kind: u32, of: [OrganKind; 2]| of.map(|it| it as u32).contains(&kind);
     let is_artery = is_one_of(tube, [Vessel, CysticArtery]);
-    !is_one_of(other, [Fat, ConnectiveTissue])
-        && !(is_artery && is_one_of(other, [Stomach, Intestine]))
+    let is_soft = is_one_of(other, [Fat, ConnectiveTissue]);
+    let is_passed = is_artery && is_one_of(other, [Stomach, Intestine]);
+    !is_soft && !is_passed
 }
 
 /// Index of the nearest vertex.

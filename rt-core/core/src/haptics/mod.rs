@@ -34,12 +34,12 @@
 //! them.
 //!
 //! 1. Cut to zero at once: after a speed trip (1.2 m/s, latches), if the force is not finite, if no
-//!   person has enabled the force, if the device is lost or reports a fault.
+//!    person has enabled the force, if the device is lost or reports a fault.
 //! 2. Ramp: the force rises after every enable. It falls within 20 ms while the pose is stale or
-//!   the simulation is paused.
+//!    the simulation is paused.
 //! 3. Stiffness: a loop with damping `b` begins to oscillate at the stiffness `K = b / (T/2 +
-//!   delay)` (Colgate and Schenkel 1997, with delay). At most 0.7 K is rendered. Then passivity
-//!   control adds damping, at most as much as the device renders.
+//!    delay)` (Colgate and Schenkel 1997, with delay). At most 0.7 K is rendered. Then passivity
+//!    control adds damping, at most as much as the device renders.
 //! 4. Clamp: to the peak force. As the motors warm, the limit falls to the continuous force.
 //! 5. Slew: 1 N a tick. Then a last test for finite values.
 //!

@@ -36,7 +36,7 @@ impl Sim<'_> {
             match self.tool.instrument {
                 Instrument::Scissors if closed_share > 0.0 => self.cut(closed_share, faults),
                 Instrument::Grasper if starts_grasp && self.grasp.count() == 0 => {
-                    self.close_jaws(faults)
+                    self.close_jaws(faults);
                 }
                 Instrument::ClipApplier if closed_share > 0.0 => self.clip(starts_grasp, faults),
                 _ => {}
