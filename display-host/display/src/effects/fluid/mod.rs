@@ -49,8 +49,8 @@ use self::columns::Columns;
 pub use self::field::{Block, Field, Film, SIZE, VOXEL_M};
 use self::parcel::{Falling, Lying, clotted};
 use self::surface::{Place, Surface};
-use super::Kind;
 use super::stain::Skin;
+use super::{Kind, chance};
 
 /// Largest number of parcels on the skin.
 pub const LYING: usize = 4096;
@@ -58,6 +58,8 @@ pub const LYING: usize = 4096;
 pub const FALLING: usize = 192;
 /// Ordinary volume of a parcel that a source gives off, m³.
 const PARCEL_M3: f64 = 1.5e-9;
+/// Radius of a vessel's mouth, m.
+const MOUTH_M: f32 = 0.000_8;
 /// Age of the columns after which they are sorted again, s.
 const COLUMNS_S: f32 = 0.5;
 /// Every how many steps a parcel looks for skin below and above it.
@@ -200,7 +202,13 @@ impl Fluids {
                 self.middle_m = gush.at_m - self.up * 0.02;
                 self.field = Some(Field::around(middle_m - self.up * 0.02));
             }
-            self.lie(Lying::new(Place { triangle, weights }, runs, 0.0));
+            let mut place = Place { triangle, weights };
+            // Parcels at one point would hold each other there.
+            self.thrown = self.thrown.wrapping_add(1);
+            if let Some(surface) = &mut self.surface {
+                surface.walk(&mut place, chance(self.thrown) * MOUTH_M, skin);
+            }
+            self.lie(Lying::new(place, runs, 0.0));
         }
     }
 
