@@ -106,7 +106,7 @@ fn between(a: Body, b: Body, t: f32) -> Body {
 }
 
 // Colour of deep fluid, and what a film takes from the light that the tissue sends back, 1/mm: red,
-// green, blue. Absorption of blood: 150 g/l of haemoglobin (S. Prahl's table at 630, 540 and 460 nm),
+// green, blue. Blood: 150 g/l of haemoglobin (S. Prahl's table at 630, 540 and 460 nm),
 // fresh with 85 % of its oxygen, clotted with none; reduced scattering 1.5/mm; both by Kubelka and
 // Munk. Colours of deep fluid were set by eye, and all of bile's numbers are assumed.
 const FRESH = vec3f(0.060, 0.0021, 0.0028);
