@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use assess::report::Case;
 use scene_prepare::patient::{PREFIX, Patient};
 use scene_prepare::recipe::MeshOptions;
 use scene_prepare::{Prepared, Progress, Recipe};
@@ -104,6 +105,19 @@ pub(crate) fn recipe(
     .into())
 }
 
+/// The case of the scene with this name, if it is a patient of the generator.
+pub(crate) fn case(scene: &str) -> Option<Case> {
+    let patient = Patient::of_word(scene.strip_prefix(PREFIX)?).ok()?;
+    Some(Case {
+        bmi: patient.bmi,
+        course: patient.course_word().to_owned(),
+        wall: patient.wall.word().to_owned(),
+        stones: patient.stones.count,
+        stone_mm: patient.stones.size_mm,
+        name: patient.name,
+    })
+}
+
 /// Prepares every level of detail, finest first.
 pub(crate) fn levels(recipe: &Recipe) -> Result<Vec<Prepared>, Problem> {
     let levels = (0..recipe.levels()).map(|level| prepare(&recipe.level(level)));
@@ -148,6 +162,15 @@ mod tests {
         let usual = recipe("triangle", None, &MeshOptions::default()).unwrap();
         let variant = recipe("triangle-variant", None, &MeshOptions::default()).unwrap();
         assert_ne!(usual.organs, variant.organs);
+    }
+
+    #[test]
+    fn patients_alone_have_a_case() {
+        let frieda = case("patient:frieda").unwrap();
+        assert_eq!((frieda.stones, frieda.wall.as_str()), (2, "scarred"));
+        assert_eq!(frieda.course, "humped-artery");
+        assert_eq!(case("patient:7").unwrap().name, "7");
+        assert!(case("triangle").is_none() && case("patient:zoe").is_none());
     }
 
     #[test]

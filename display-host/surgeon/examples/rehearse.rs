@@ -40,6 +40,16 @@ fn scene_of(word: &str) -> SceneFile {
     SceneFile::open(file).expect("a compiled scene")
 }
 
+/// The best view from a side, in words.
+fn view(shown: Option<&assess::Shown>) -> String {
+    shown.map_or("none".to_owned(), |it| {
+        format!(
+            "{:.1}° triangle {:.3} bed {:.3} two {:.3} held {}",
+            it.side_deg, it.seen.triangle, it.seen.lower_bed, it.seen.two, it.held
+        )
+    })
+}
+
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let [scene, surgeon, task, seconds, others @ ..] = words.as_slice() else {
@@ -92,6 +102,17 @@ fn main() {
                 let status = assessment.status();
                 let metrics = assessment.clone().end().metrics;
                 let of = |metric| metrics.get(metric);
+                let cvs = assessment.clone().end().cvs;
+                if let Some(cvs) = cvs {
+                    println!(
+                        "         seen at most: triangle {:.3?} bed {:.3?} two {:.3?}; front {}; behind {}",
+                        cvs.triangle.visible,
+                        cvs.lower_bed.visible,
+                        cvs.two.visible,
+                        view(cvs.front.as_ref()),
+                        view(cvs.behind.as_ref()),
+                    );
+                }
                 println!(
                     "{said_s:6.1} s ({:.0} s) score {:.1} alarms {} triangle {:.3} lower {:.3} bed {:.3} burns {} of {:.1} J, on {:.0} s, in air {:.1} s, force {:.2?}",
                     began.elapsed().as_secs_f64(),
@@ -109,6 +130,9 @@ fn main() {
             }
         },
     );
+    if result.shakes > 0 {
+        println!("an organ shook: {} reports", result.shakes);
+    }
     for line in &result.said {
         println!("said: {line}");
     }

@@ -33,6 +33,8 @@ const CORRECTIONS: usize = 5;
 const AT_ONCE: usize = 2;
 /// Value of a view that shows a little more than the rules ask.
 const ENOUGH: f64 = 1.1;
+/// Weight of what a view shows besides its worst criterion.
+const REST: f64 = 1e-3;
 /// Angle beyond the least one off the plane that counts as enough, degrees.
 const BESIDE_DEG: f64 = 2.0;
 /// Fastest turn of the endoscope, rad/s, and fastest advance, m/s.
@@ -41,8 +43,11 @@ const SPEED: Aim = [0.25, 0.25, 0.02];
 const NEAR: Aim = [0.004, 0.004, 0.001];
 /// An aim is given up after this time, s.
 const GIVE_UP_S: f64 = 15.0;
-/// Share of the fat in front of duct and artery that is removed to show the two.
+/// Share of the fat in front of duct and artery that is removed before the view is tried again.
 const BARED: f64 = 0.85;
+/// Longest time before the view is tried again, s, and the number of times.
+const BARING_S: f64 = 30.0;
+const BARINGS: usize = 4;
 /// Time beyond that of the rules for which a view is held, s.
 const LONGER_S: f64 = 1.5;
 
@@ -60,10 +65,19 @@ impl Work<'_> {
         if shown.is_ok() || self.is_over {
             return shown;
         }
-        // Fat that does not count as the triangle's may still hide duct and artery.
-        self.bare()?;
-        self.retreat(BACK_M)?;
-        self.show_by(&judge, hold_s)
+        // Fat that does not count as the triangle's may still hide duct and artery. The view is
+        // tried again after a while, because it may open before all of that fat is gone.
+        for _ in 0..BARINGS {
+            if !self.bare()? {
+                break;
+            }
+            self.retreat(BACK_M)?;
+            let shown = self.show_by(&judge, hold_s);
+            if shown.is_ok() || self.is_over {
+                return shown;
+            }
+        }
+        shown
     }
 
     fn show_by(&mut self, judge: Judge<'_>, hold_s: f64) -> Result<(), String> {
@@ -73,21 +87,21 @@ impl Work<'_> {
         shown
     }
 
-    /// Removes the fat that hides cystic duct and artery from the endoscope's present pose.
-    fn bare(&mut self) -> Result<(), String> {
+    /// Removes fat that hides cystic duct and artery from the endoscope's present pose. Returns
+    /// false if there is none.
+    fn bare(&mut self) -> Result<bool, String> {
         let camera = wide(self.seen.tools.world_from_camera.position_m);
         let state = &self.seen.state;
         let tubes = self.sight.two().into_iter().flatten();
         let places = tubes.flat_map(|organ| self.sight.spheres_of(organ));
         let places: Vec<Vec3> = places.map(|it| self.sight.now(it, state)).collect();
-        if self.field.mark_hiding(&places, camera, &self.sight, state) {
+        let hides = self.field.mark_hiding(&places, camera, &self.sight, state);
+        if hides && let Err(why) = self.dissect(&[Field::HIDES], BARED, BARING_S) {
             // What is out of reach stays: the view is judged again in any case.
-            if let Err(why) = self.dissect(&[Field::HIDES], BARED) {
-                self.goes_on()?;
-                self.theatre.tell(&format!("baring duct and artery: {why}"));
-            }
+            self.goes_on()?;
+            self.theatre.tell(&format!("baring duct and artery: {why}"));
         }
-        Ok(())
+        Ok(hides)
     }
 
     /// Shows an organ as well as the scene allows, and holds it for this time, s.
@@ -245,18 +259,21 @@ fn value(seen: &Seen, two: [Option<usize>; 2], side: ViewSide, rule: &ViewRule) 
         let organ = organ.and_then(|it| seen.organs.get(it));
         organ.map_or(0.0, |it| it.visible())
     });
-    let beside = 1.0 + (towards_deg - rule.side_deg - BESIDE_DEG).min(0.0) / BESIDE_DEG;
-    [
+    let shares = [
         (f64::from(seen.triangle), triangle),
         (f64::from(seen.lower_bed), lower_bed),
         (duct, of_tube),
         (artery, of_tube),
-    ]
-    .into_iter()
-    .filter(|(_, least)| *least > 0.0)
-    .map(|(share, least)| share / least)
-    .chain([beside * ENOUGH])
-    .fold(f64::MAX, f64::min)
+    ];
+    // Among pictures that lack as much, the one that shows more of the rest is better.
+    let rest: f64 = shares.iter().map(|(share, _)| share - 1.0).sum();
+    let beside = 1.0 + (towards_deg - rule.side_deg - BESIDE_DEG).min(0.0) / BESIDE_DEG;
+    let asked = shares.into_iter().filter(|(_, least)| *least > 0.0);
+    let worst = asked
+        .map(|(share, least)| share / least)
+        .chain([beside * ENOUGH])
+        .fold(f64::MAX, f64::min);
+    worst + REST * rest
 }
 
 /// Value of a picture of an organ.

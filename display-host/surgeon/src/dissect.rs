@@ -86,14 +86,26 @@ struct Choice {
 }
 
 impl Work<'_> {
-    /// Removes cells of these regions until this share of them is gone.
-    pub(crate) fn dissect(&mut self, regions: &[u8], share: f64) -> Result<(), String> {
+    /// Removes cells of these regions until this share of them is gone, for at most this time, s.
+    pub(crate) fn dissect(
+        &mut self,
+        regions: &[u8],
+        share: f64,
+        seconds: f64,
+    ) -> Result<(), String> {
         self.field.begin();
+        let until_s = self.seen.at_s + seconds;
         let (mut before, mut rests) = (0.0, 0);
         let done = loop {
             let gone = self.field.gone(regions, &self.seen.state);
             if gone >= share {
                 break Ok(());
+            }
+            if self.seen.at_s > until_s {
+                break Err(format!(
+                    "{:.1} % is gone after {seconds:.0} s",
+                    100.0 * gone
+                ));
             }
             let Some(choice) = self.choose(regions) else {
                 if gone > before + WORTH {
@@ -148,7 +160,7 @@ impl Work<'_> {
         for &(index, at) in &now.left {
             let cell = self.field.cells.get(index)?;
             let tries = self.field.tries(index);
-            if regions.contains(&cell.region)
+            if self.field.is_in(index, regions)
                 && tries < TRIES
                 && self.field.is_exposed(cell, &self.seen.state)
             {
@@ -165,7 +177,7 @@ impl Work<'_> {
             let (in_way_m, first) = self.in_way(&now, index, at);
             let (index, at) = first.unwrap_or((index, at));
             let cell = self.field.cells.get(index)?;
-            let other_m = if regions.contains(&cell.region) {
+            let other_m = if self.field.is_in(index, regions) {
                 0.0
             } else {
                 OTHER_M

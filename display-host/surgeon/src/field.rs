@@ -10,7 +10,7 @@ use crate::vector::{Vec3, wide};
 const BESIDE_M: f64 = 0.002;
 
 /// Length of the way from a duct towards the endoscope on which cells hide the duct, m.
-const BEFORE_M: f64 = 0.008;
+const BEFORE_M: f64 = 0.015;
 
 /// Layered tissue at rest.
 #[derive(Debug)]
@@ -18,6 +18,8 @@ pub(crate) struct Field {
     pub(crate) cells: Vec<Cell>,
     /// Number of times that each cell was given up.
     tries: Vec<u8>,
+    /// True for cells that hide duct and artery.
+    hides: Vec<bool>,
 }
 
 #[derive(Debug)]
@@ -33,11 +35,12 @@ pub(crate) struct Cell {
 }
 
 impl Field {
-    /// Region of the cells that hide duct and artery ([`Self::mark_hiding`]). No scene has it.
+    /// Stands for the cells that hide duct and artery ([`Self::mark_hiding`]), whatever their
+    /// region. No scene has this region.
     pub(crate) const HIDES: u8 = u8::MAX;
 
-    /// Makes [`Self::HIDES`] the region of the fat between these places and the camera. Returns
-    /// true if there is any.
+    /// Marks the fat between these places and the camera ([`Self::HIDES`]). Returns true if there
+    /// is any.
     pub(crate) fn mark_hiding(
         &mut self,
         places: &[Vec3],
@@ -53,18 +56,22 @@ impl Field {
                     && off_line(at, [*place, place + ahead]) < cell.radius_m
             })
         };
-        let regions = [CellRecord::TRIANGLE, CellRecord::NOWHERE, Self::HIDES];
-        let marked: Vec<bool> = (self.cells.iter().enumerate())
+        let fat = [CellRecord::TRIANGLE, CellRecord::NOWHERE];
+        let cells = self.cells.iter().enumerate();
+        self.hides = cells
             .map(|(index, cell)| {
-                regions.contains(&cell.region) && self.is_left(index, state) && hides(cell)
+                fat.contains(&cell.region) && self.is_left(index, state) && hides(cell)
             })
             .collect();
-        for (cell, marked) in self.cells.iter_mut().zip(&marked) {
-            if *marked {
-                cell.region = Self::HIDES;
-            }
-        }
-        marked.contains(&true)
+        self.hides.contains(&true)
+    }
+
+    /// True if a cell belongs to one of these regions.
+    pub(crate) fn is_in(&self, index: usize, regions: &[u8]) -> bool {
+        let hides = self.hides.get(index).copied().unwrap_or_default();
+        let cell = self.cells.get(index);
+        (hides && regions.contains(&Self::HIDES))
+            || cell.is_some_and(|cell| regions.contains(&cell.region))
     }
 
     pub(crate) fn new(scene: &SceneFile) -> Self {
@@ -90,6 +97,7 @@ impl Field {
         let cells: Vec<Cell> = cells.collect();
         Self {
             tries: vec![0; cells.len()],
+            hides: vec![false; cells.len()],
             cells,
         }
     }
@@ -109,8 +117,8 @@ impl Field {
     /// Removed share of these regions, by volume.
     pub(crate) fn gone(&self, regions: &[u8], state: &StateFrame) -> f64 {
         let (mut gone, mut all) = (0.0, 0.0);
-        for (cell, shown) in self.cells.iter().zip(&state.cells) {
-            if regions.contains(&cell.region) {
+        for (index, (cell, shown)) in self.cells.iter().zip(&state.cells).enumerate() {
+            if self.is_in(index, regions) {
                 all += cell.volume_m3;
                 gone += if *shown == StateFrame::GONE {
                     cell.volume_m3

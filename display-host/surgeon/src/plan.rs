@@ -91,6 +91,8 @@ impl Surgeon {
                         Act::Take(Instrument::Hook),
                         Act::Dissect(&[CellRecord::TRIANGLE], VIEW),
                         Act::Dissect(&[CellRecord::LOWER_BED], VIEW),
+                        // The bed's tissue may have been in the way.
+                        Act::Dissect(&[CellRecord::TRIANGLE], VIEW),
                         Act::Retreat,
                         Act::ShowView(ViewSide::Front),
                         Act::ShowView(ViewSide::Behind),

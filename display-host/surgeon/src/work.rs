@@ -180,7 +180,7 @@ impl Work<'_> {
             Act::Show(kind) => self.show(kind),
             Act::ShowView(side) => self.show_view(side),
             Act::LookBack => self.look_back(),
-            Act::Dissect(regions, share) => self.dissect(regions, share),
+            Act::Dissect(regions, share) => self.dissect(regions, share, f64::MAX),
         }
     }
 

@@ -66,6 +66,41 @@ fn what_a_session_leads_to_follows_its_schemas() {
     what_is_stored_follows_its_schemas(&store, folder);
 }
 
+#[test]
+fn the_case_of_a_patient_stands_in_summary_and_debrief() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("out");
+    let mut run = calot();
+    run.args(["run", "--headless", "--frames", "0", "--seconds", "2"])
+        .args(["--scene", "patient:ada", "--task", "identify", "--json"])
+        .args(["--station", &station_name("case")])
+        .arg("--out")
+        .arg(&out);
+    let printed = json(&mut run);
+    follows(&printed, "urn:calot:summary:1");
+    let ada = &printed["case"];
+    assert_eq!(
+        (&ada["name"], &ada["course"]),
+        (&"ada".into(), &"usual".into())
+    );
+    assert_eq!(
+        (&ada["wall"], &ada["stones"]),
+        (&"normal".into(), &1.into())
+    );
+    let reported = json(calot().args(["report", "--json"]).arg(&out));
+    follows(&reported, "urn:calot:report:1");
+    assert_eq!(&reported[0]["case"], ada);
+    let page = folder.path().join("debrief.html");
+    let mut report = calot();
+    report
+        .args(["report", "--language", "en", "--out"])
+        .arg(&page)
+        .arg(&out);
+    assert!(finish(&mut report).status.success());
+    let page = std::fs::read_to_string(page).expect("a page");
+    assert!(page.contains("Patient Ada, BMI 20: usual course"), "{page}");
+}
+
 fn a_recording_is_never_replaced_by_its_surfaces(session: &Path) {
     let before = std::fs::read(session).expect("a session");
     let mut export = calot();

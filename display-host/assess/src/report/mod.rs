@@ -1,5 +1,6 @@
 //! The debrief: one page that needs neither network nor other files.
 
+mod case;
 mod close;
 mod drawing;
 mod lesson;
@@ -10,6 +11,7 @@ mod paths;
 mod tests;
 mod words;
 
+pub use case::Case;
 pub use close::{CLOSE_SIZE, close_picture};
 pub use drawing::{LANES, learning_curve};
 pub use lesson::Lesson;
@@ -30,6 +32,8 @@ pub struct Chapter {
     pub name: String,
     /// The scene's name.
     pub scene: String,
+    /// The patient's case, if the scene is a patient.
+    pub case: Option<Case>,
     /// Version of the program that recorded the session.
     pub build: String,
     /// Start, UTC, as text.

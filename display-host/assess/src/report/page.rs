@@ -10,6 +10,7 @@ use crate::assessment::Moment;
 use crate::metrics::{Metric, Values};
 use crate::task::Outcome;
 
+mod acts;
 mod asides;
 mod compared;
 mod judged;
@@ -177,6 +178,10 @@ fn one(page: &mut Page<'_>, chapter: &Chapter) {
         "<h2>{task}</h2><p class=\"lead\">{} – {difficulty} – {scene}</p>",
         escape(&chapter.when)
     ));
+    if let Some(case) = &chapter.case {
+        let line = escape(&case.line(page.words));
+        page.add(format_args!("<p>{line}</p>"));
+    }
     if let Some(why) = &chapter.cut_short {
         let text = page.say_with("page-cut-short", &[("why", why)]);
         page.add(format_args!("<p class=\"bad\">{text}</p>"));
@@ -188,6 +193,7 @@ fn one(page: &mut Page<'_>, chapter: &Chapter) {
     asides::slow(page, chapter);
     verdict(page, chapter);
     lessons::write(page, chapter);
+    acts::write(page, chapter);
     judged::injuries(page, &it.injuries);
     judged::pass_rules(page, chapter);
     judged::points(page, chapter);

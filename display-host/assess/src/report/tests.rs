@@ -31,6 +31,7 @@ fn chapter(name: &str) -> Chapter {
     Chapter {
         name: name.to_owned(),
         scene: "triangle".to_owned(),
+        case: None,
         build: "a test".to_owned(),
         when: "2026-11-22 01:00".to_owned(),
         assessed,

@@ -29,6 +29,11 @@ const IN_PLACE_MAX_M: f32 = 0.19;
 /// Angle of a fully open jaw, rad.
 const JAW_RAD: f32 = 0.4;
 
+/// Rounds in which an inclined endoscope finds its place, and the share of the error that each
+/// corrects.
+const INCLINED: usize = 24;
+const INCLINED_SHARE: f32 = 0.3;
+
 /// Time step of the effects, s.
 const FRAME_S: f32 = 0.05;
 
@@ -281,15 +286,21 @@ fn views(scene: &SceneFile) -> Vec<Shot> {
     let room = scene.room();
     let start = camera_only(scene, room.world_from_camera);
     let view = |title: String, tools| Shot::new(Chapter::Views, title, tools);
-    let target = Vec3::from(room.target_m);
+    let subject = subject(scene);
     let eye = Vec3::from(room.world_from_camera.position_m);
-    let nearer = looking(eye.lerp(target, 0.5), target);
+    let nearer = PoseMsg {
+        position_m: eye.lerp(subject, 0.5).to_array(),
+        ..room.world_from_camera
+    };
     let angled = |degrees: f32| Shot {
         scope: Scope {
             angle: degrees.to_radians(),
             ..Scope::default()
         },
-        ..view(format!("Endoscope of {degrees}°"), start)
+        ..view(
+            format!("Endoscope of {degrees}°"),
+            camera_only(scene, inclined(scene, degrees.to_radians(), subject)),
+        )
     };
     vec![
         view("Initial view of the endoscope".to_owned(), start),
@@ -325,6 +336,45 @@ fn views(scene: &SceneFile) -> Vec<Shot> {
             ..view("Spheres and springs".to_owned(), start)
         },
     ]
+}
+
+/// The middle of the initial view at the target's depth. A patient's initial view looks at the
+/// triangle, and the target lies on the gallbladder.
+fn subject(scene: &SceneFile) -> Vec3 {
+    let start = &scene.room().world_from_camera;
+    let eye = Vec3::from(start.position_m);
+    let ahead = matrix(start).transform_vector3(Vec3::NEG_Z);
+    eye + ahead
+        * (Vec3::from(scene.room().target_m) - eye)
+            .dot(ahead)
+            .max(0.03)
+}
+
+/// Pose of the shaft of an endoscope whose view is inclined downwards by this angle, rad, and has
+/// the place in its middle. The shaft passes through its port, as deep as at the beginning.
+fn inclined(scene: &SceneFile, angle: f32, place: Vec3) -> PoseMsg {
+    let room = scene.room();
+    let port = Vec3::from(room.endoscope_port_m);
+    let deep_m = port.distance(Vec3::from(room.world_from_camera.position_m));
+    let mut pose = room.world_from_camera;
+    // Each round turns the shaft by a share of what the place is off the view's middle. The lens
+    // moves with the shaft, so the place moves about three times as far across the picture.
+    for _ in 0..INCLINED {
+        let tip = Vec3::from(pose.position_m);
+        let shaft = matrix(&pose);
+        let to = shaft.inverse().transform_point3(place);
+        let down = (-to.y).atan2(-to.z);
+        let aside = to.x.atan2(-to.z);
+        let [right, up] = [aside, angle - down].map(|off| INCLINED_SHARE * off);
+        let turn = Quat::from_array(pose.orientation)
+            * Quat::from_rotation_x(up)
+            * Quat::from_rotation_y(-right);
+        pose = PoseMsg {
+            position_m: (port + turn * Vec3::NEG_Z * deep_m).to_array(),
+            orientation: turn.normalize().to_array(),
+        };
+    }
+    pose
 }
 
 fn organ_name(organ: &OrganRecord, number: usize) -> String {

@@ -130,8 +130,7 @@ fn neighbour(scene: &SceneFile, tube: usize, end: &End) -> Option<usize> {
             .iter()
             .position(|o| range(o.spheres).contains(&(sphere as usize)))
     };
-    let soft = [OrganKind::Fat as u32, OrganKind::ConnectiveTissue as u32];
-    let takes = |other: usize| other != tube && !soft.contains(&organs[other].kind);
+    let takes = |other: usize| other != tube && may_join(organs[tube].kind, organs[other].kind);
     let mut ties = vec![0u32; organs.len()];
     for tie in scene.attachments().iter().filter(|tie| tie.b != WORLD) {
         for (own, other) in [(tie.a, tie.b), (tie.b, tie.a)] {
@@ -161,6 +160,16 @@ fn neighbour(scene: &SceneFile, tube: usize, end: &End) -> Option<usize> {
         let found = found.min_by(|a, b| a.0.total_cmp(&b.0))?;
         (found.0 < REACH_M).then_some(found.1)
     })
+}
+
+/// True if a tube of this kind may end in an organ of the other kind. Arteries pass behind the
+/// bowel and do not open into it.
+fn may_join(tube: u32, other: u32) -> bool {
+    use OrganKind::{ConnectiveTissue, CysticArtery, Fat, Intestine, Stomach, Vessel};
+    let is_one_of = |kind: u32, of: [OrganKind; 2]| of.map(|it| it as u32).contains(&kind);
+    let is_artery = is_one_of(tube, [Vessel, CysticArtery]);
+    !is_one_of(other, [Fat, ConnectiveTissue])
+        && !(is_artery && is_one_of(other, [Stomach, Intestine]))
 }
 
 /// Index of the nearest vertex.
@@ -436,6 +445,16 @@ mod tests {
                 prop_assert!(weights(&spheres).iter().all(|s| first.contains(s)));
             }
         }
+    }
+
+    #[test]
+    fn ducts_open_into_the_bowel_and_arteries_do_not() {
+        use OrganKind::{BileDuct, CysticArtery, Fat, Gallbladder, Intestine, Stomach, Vessel};
+        let joins = |tube: OrganKind, other: OrganKind| may_join(tube as u32, other as u32);
+        assert!(joins(BileDuct, Intestine) && joins(CysticArtery, Gallbladder));
+        assert!(joins(CysticArtery, Vessel));
+        assert!(!joins(Vessel, Stomach) && !joins(CysticArtery, Intestine));
+        assert!(!joins(BileDuct, Fat));
     }
 
     #[test]

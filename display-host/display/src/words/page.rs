@@ -49,7 +49,7 @@ impl Spoken for Words {
 
 #[cfg(test)]
 mod tests {
-    use assess::report::{Chapter, Outlines, Past, Spread, Ticks, html, learning_curve};
+    use assess::report::{Case, Chapter, Outlines, Past, Spread, Ticks, html, learning_curve};
     use assess::{
         Alarm, AlarmKind, Anatomy, Assessment, Cause, Difficulty, Injury, InjuryKind, Metric,
         Moment, Rules, Severity, Task,
@@ -70,6 +70,17 @@ mod tests {
         AlarmKind::TooEarly,
         AlarmKind::Unclamped,
     ];
+
+    fn case(course: &str, wall: &str) -> Case {
+        Case {
+            name: "ada".to_owned(),
+            bmi: 20.0,
+            course: course.to_owned(),
+            wall: wall.to_owned(),
+            stones: 1,
+            stone_mm: 12.0,
+        }
+    }
 
     /// A session in which everything happened that a page tells.
     fn chapter(task: Task) -> Chapter {
@@ -124,7 +135,8 @@ mod tests {
         };
         Chapter {
             name: "out/session.mcap".to_owned(),
-            scene: "triangle".to_owned(),
+            scene: "patient:ada".to_owned(),
+            case: Some(case("usual", "normal")),
             build: "a test".to_owned(),
             when: "2026-11-22 01:00".to_owned(),
             assessed,
@@ -150,6 +162,7 @@ mod tests {
     fn a_page_is_in_the_language_and_shows_no_key() {
         let parts = [
             "page-",
+            "case-",
             "advice-",
             "lane-",
             "alarm-",
@@ -195,6 +208,36 @@ mod tests {
             "Ductus choledochus",
         ] {
             assert!(pages[1].contains(german), "{german}");
+        }
+    }
+
+    #[test]
+    fn a_case_is_one_line_in_either_language() {
+        let [english, german] = Language::ALL.map(Words::new);
+        let ada = case("usual", "normal");
+        let line = "Patient Ada, BMI 20: usual course of duct and artery; gallbladder wall normal; \
+                    one stone of 12 mm";
+        assert_eq!(ada.line(&english), line);
+        let edith = Case {
+            stones: 8,
+            ..case("accessory-artery", "scarred")
+        };
+        assert!(edith.line(&german).contains("8 Steine von 12 mm"));
+        for words in [english, german] {
+            for course in [
+                "usual",
+                "variant",
+                "short-duct",
+                "low-union",
+                "artery-in-front",
+                "accessory-artery",
+                "humped-artery",
+            ] {
+                assert!(words.has(&format!("case-course-{course}")), "{course}");
+            }
+            for wall in ["normal", "acute", "scarred"] {
+                assert!(words.has(&format!("case-wall-{wall}")), "{wall}");
+            }
         }
     }
 

@@ -177,6 +177,7 @@ fn with(chapter: &Chapter, left_out: &LeftOut) -> Result<serde_json::Value, Prob
     let mut value = serde_json::to_value(&chapter.assessed)?;
     if let Some(object) = value.as_object_mut() {
         object.insert("session".to_owned(), chapter.name.clone().into());
+        object.insert("case".to_owned(), serde_json::to_value(&chapter.case)?);
         object.insert("hand".to_owned(), hand(chapter.is_scripted).name().into());
         let cut_short = serde_json::to_value(left_out.cut_short())?;
         object.insert("cut_short".to_owned(), cut_short);
@@ -283,6 +284,7 @@ pub(crate) fn chapter(
     let chapter = Chapter {
         name: file.display().to_string(),
         scene: operation.info.scene.clone(),
+        case: crate::scene::case(&operation.info.scene),
         build: operation.info.build.clone(),
         when: utc(began_unix_s),
         assessed: assessment.end(),

@@ -66,6 +66,7 @@ impl Shown<'_> {
         }
         outcome.warnings.extend(self.dead.iter().cloned());
         let mut summary = self.recorder.summary(&self.scene, outcome, Machine::read());
+        summary.case = crate::scene::case(&summary.scene);
         let unrest = summary.unrest.iter().map(|it| it.warning.clone());
         outcome.warnings.extend(unrest);
         outcome.warnings.extend(self.recorder.standstills());

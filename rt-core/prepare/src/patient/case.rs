@@ -73,6 +73,12 @@ impl Patient {
         })
     }
 
+    /// Course of duct and artery, as a recipe names it.
+    #[must_use]
+    pub const fn course_word(&self) -> &'static str {
+        parts::word_of(self.course)
+    }
+
     /// Thickness of fat and peritoneum over duct and artery, mm.
     #[must_use]
     pub fn cover_mm(&self) -> f64 {

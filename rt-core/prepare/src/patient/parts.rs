@@ -64,6 +64,18 @@ impl Wall {
     }
 }
 
+impl Wall {
+    /// One word for programs.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Normal => "normal",
+            Self::Acute => "acute",
+            Self::Scarred => "scarred",
+        }
+    }
+}
+
 impl fmt::Display for Wall {
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
         to.write_str(match self {

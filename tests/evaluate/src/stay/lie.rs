@@ -1,4 +1,4 @@
-//! Where the spheres of a scene lie, and what has changed since they lay at rest.
+//! Places of the spheres of a scene, and what has changed since they were at rest.
 
 use glam::{Mat3, Vec3};
 use shared_mem::message::{SphereState, StateFrame};
