@@ -65,8 +65,8 @@ impl Source {
         RESTING + (1.0 - RESTING) * (-(phase / BEAT).powi(2)).exp()
     }
 
-    /// Flow as a share of the mean flow. A leak flows until it is closed. A tube that empties itself
-    /// flows less and less.
+    /// Flow as a share of the mean flow. A leak flows until it is closed. A tube that empties
+    /// itself flows less and less.
     fn share(&self) -> f32 {
         let left = match self.effect.is_leak() {
             true => 1.0,

@@ -105,10 +105,10 @@ fn between(a: Body, b: Body, t: f32) -> Body {
     mix(a.sheen, b.sheen, t), mix(a.scatter, b.scatter, t), mix(a.veil, b.veil, t));
 }
 
-// Reflectance of deep fluid, and what a film takes from the light that the tissue sends back, 1/mm,
-// by Kubelka and Munk: red, green, blue at 630, 540 and 460 nm. Blood: absorption of 150 g/l of
-// haemoglobin with and without oxygen (S. Prahl's table), reduced scattering 1.5/mm; fresh blood has
-// oxygen, clotted blood has none. The mirror at its surface halves the reflectance. Bile: assumed.
+// Colour of deep fluid, and what a film takes from the light that the tissue sends back, 1/mm: red,
+// green, blue. Blood: 150 g/l of haemoglobin (S. Prahl's table at 630, 540 and 460 nm),
+// fresh with 85 % of its oxygen, clotted with none; reduced scattering 1.5/mm; both by Kubelka and
+// Munk. Colours of deep fluid were set by eye, and all of bile's numbers are assumed.
 const FRESH = vec3f(0.060, 0.0021, 0.0028);
 const FRESH_TAKES = vec3f(4.4, 114.0, 91.0);
 const CLOT = vec3f(0.020, 0.0016, 0.0022);

@@ -1,4 +1,5 @@
-//! Effects that wait for the next picture. Old and excess effects are dropped, reports of leaks last.
+//! Effects that wait for the next picture. Old and excess effects are dropped, reports of leaks
+//! last.
 
 use std::collections::VecDeque;
 

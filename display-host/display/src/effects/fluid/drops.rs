@@ -59,8 +59,8 @@ impl Fluids {
         });
     }
 
-    /// Lets a parcel pass to the skin close below it or that covers it, or fall. Returns false if it
-    /// left the skin.
+    /// Lets a parcel pass to the skin close below it or that covers it, or fall. Returns false if
+    /// it left the skin.
     pub(super) fn pass_on(
         &mut self,
         it: &mut Lying,

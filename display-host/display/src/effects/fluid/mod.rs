@@ -20,19 +20,19 @@
 //!
 //! The fluid is a bounded number of parcels. A parcel is a place on the skin and a volume of blood
 //! and of bile. Spread by a kernel, all parcels give the thickness h of the film ([`Field`]). A
-//! parcel moves with the mean velocity of a viscous film on a slope, ρ g h² / 3 μ times the slope of
-//! the free surface (H. E. Huppert, "Flow and instability of a viscous current down a slope",
+//! parcel moves with the mean velocity of a viscous film on a slope, ρ g h² / 3 μ times the slope
+//! of the free surface (H. E. Huppert, "Flow and instability of a viscous current down a slope",
 //! Nature 300, 1982). The slope is that of the tissue, and on level ground also that of the film
-//! itself, which evens out pools. A film whose weight does not overcome its rim's hold stands. Blood
-//! becomes more viscous with time, and stands when it has clotted. A parcel that runs over dry
-//! tissue leaves a thin film there.
+//! itself, which evens out pools. A film whose weight does not overcome its rim's hold stands.
+//! Blood becomes more viscous with time, and stands when it has clotted. A parcel that runs over
+//! dry tissue leaves a thin film there.
 //!
 //! Where skin hangs over, a thick film at a lowest place lets go in a drop. Fluid passes to another
 //! organ at once where that organ lies close below, and comes up where another organ covers it.
 //! Blood of arteries spurts with each heartbeat; its mean flow is that of the leak.
 //!
-//! Assumed numbers are marked so at their constants. Water, suction and the volume of a pool's surface
-//! above the tissue are not modelled: a pool is a thick film.
+//! Assumed numbers are marked so at their constants. Water, suction and the volume of a pool's
+//! surface above the tissue are not modelled: a pool is a thick film.
 //!
 //! The steps have a fixed length, and nothing is random but a fixed sequence. So the same record
 //! gives the same fluid, as far as the tissue moves alike between two pictures.
@@ -49,8 +49,8 @@ use self::columns::Columns;
 pub use self::field::{Block, Field, Film, SIZE, VOXEL_M};
 use self::parcel::{Falling, Lying, clotted};
 use self::surface::{Place, Surface};
-use super::Kind;
 use super::stain::Skin;
+use super::{Kind, chance};
 
 /// Largest number of parcels on the skin.
 pub const LYING: usize = 4096;
@@ -58,6 +58,8 @@ pub const LYING: usize = 4096;
 pub const FALLING: usize = 192;
 /// Ordinary volume of a parcel that a source gives off, m³.
 const PARCEL_M3: f64 = 1.5e-9;
+/// Radius of a vessel's mouth, m.
+const MOUTH_M: f32 = 0.000_8;
 /// Age of the columns after which they are sorted again, s.
 const COLUMNS_S: f32 = 0.5;
 /// Every how many steps a parcel looks for skin below and above it.
@@ -200,7 +202,13 @@ impl Fluids {
                 self.middle_m = gush.at_m - self.up * 0.02;
                 self.field = Some(Field::around(middle_m - self.up * 0.02));
             }
-            self.lie(Lying::new(Place { triangle, weights }, runs, 0.0));
+            let mut place = Place { triangle, weights };
+            // Parcels at one point would hold each other there.
+            self.thrown = self.thrown.wrapping_add(1);
+            if let Some(surface) = &mut self.surface {
+                surface.walk(&mut place, chance(self.thrown) * MOUTH_M, skin);
+            }
+            self.lie(Lying::new(place, runs, 0.0));
         }
     }
 

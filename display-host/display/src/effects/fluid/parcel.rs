@@ -13,8 +13,8 @@ const GRAVITY_M_S2: f32 = 9.81;
 const BLOOD_PA_S: f32 = 0.004;
 /// Viscosity of gallbladder bile, Pa s: 1.8 to 8, many times that of hepatic bile.
 const BILE_PA_S: f32 = 0.003;
-/// Time in which clotting makes blood thicker by the factor e, s, and the time after which it stands.
-/// Blood clots in 4 to 10 minutes in glass. Assumed between: on tissue it clots faster.
+/// Time in which clotting makes blood thicker by the factor e, s, and the time after which it
+/// stands. Blood clots in 4 to 10 minutes in glass. Assumed between: on tissue it clots faster.
 const THICKENS_S: f32 = 45.0;
 const CLOTS_S: f32 = 240.0;
 /// Stress that the rim of a film on tissue withstands, Pa. Assumed: 0.2 mm of blood stay on a wall.
@@ -28,7 +28,8 @@ const FASTEST_M_S: f32 = 0.045;
 const EVENS: f32 = 0.12;
 /// Fastest spread of a pool, m/s. Explicit steps would overshoot beyond.
 const SPREADS_M_S: f32 = 0.012;
-/// Volume that running fluid leaves behind on each metre of dry tissue, m³/m: 2 mm wide, 0.1 mm thick.
+/// Volume that running fluid leaves behind on each metre of dry tissue, m³/m: 2 mm wide, 0.1 mm
+/// thick.
 const LEFT_M3_PER_M: f64 = 2e-7;
 /// A film thinner than this counts as dry tissue, m.
 const DRY_M: f32 = 0.000_05;
