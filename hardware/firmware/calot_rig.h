@@ -3,23 +3,22 @@
  * The device's side of Calot's rig protocol, versions 1 and 2, for firmware in C99 or C++11.
  *
  * PROTOCOL.md documents every byte. This file needs no heap, no operating system and no library
- * beyond memcpy, memset and memcmp. It behaves like src/rig/device.rs, and a test holds the two
- * together.
+ * beyond memcpy, memset and memcmp. It behaves like src/rig/device.rs; a test compares the two.
  *
  *     static calot_rig rig;                      once: calot_rig_init(&rig, &capabilities)
  *
- *     uint32_t now_us = micros();                in each round: one reading of the clock
+ *     uint32_t now_us = micros();                in each cycle: read the clock once
  *     calot_rig_receive(&rig, bytes, n, now_us);      the bytes that the line has
  *     n = calot_rig_answer(&rig, out);                send n bytes, usually 0
- *     force = calot_rig_force(&rig, now_us);          drive the motors, in every round
+ *     force = calot_rig_force(&rig, now_us);          drive the motors, in every cycle
  *     n = calot_rig_state(&rig, &motion, now_us, out);     once per sample: send n bytes
  *
- * The loop must never wait: a loop that stands still holds the last force. Use the board's hardware
- * watchdog to cut the motors then. Call all functions from one thread, none from an interrupt.
+ * The loop must never wait: a loop that hangs keeps the last force. Let the board's hardware
+ * watchdog cut the motors then. Call all functions from one thread, none from an interrupt.
  *
  * Units are SI. The frame is the device's base: x right, y up, z to the user, seen from the user;
  * its origin is the middle of the workspace. `out` has room for CALOT_FRAME_MAX bytes. Send a frame
- * whole or not at all: a part of one spoils the next.
+ * whole or not at all: after a part of a frame the host rejects the next frame too.
  */
 #ifndef CALOT_RIG_H
 #define CALOT_RIG_H
@@ -49,8 +48,8 @@ typedef struct {
     bool measures_velocity;   /* calot_motion.velocity_m_s is measured */
     uint8_t watchdog_ms;      /* the force drops after this time without a new FORCE: 1 to 100 */
     uint16_t rate_hz;         /* samples per second */
-    float force_max_n;        /* peak; no force is longer. FORCE carries up to 32.767 N an axis */
-    float force_continuous_n; /* force that the motors can hold for ever */
+    float force_max_n;        /* peak of the magnitude. FORCE carries up to 32.767 N an axis */
+    float force_continuous_n; /* the motors can hold it for ever */
     float stiffness_max_n_m;  /* largest stable stiffness, N/m */
     float damping_max_n_s_m;  /* largest damping that may be rendered, N s/m */
     float workspace_radius_m;
@@ -60,7 +59,7 @@ typedef struct {
     uint32_t serial;
     const char *name; /* ASCII; 16 letters at most are sent */
     /* A handle that opens and shuts; zero without one. */
-    float opening_travel_m;         /* way of the fingers from shut to wide open */
+    float opening_travel_m;         /* travel of the fingers from shut to wide open */
     float opening_force_max_n;      /* peak force along it; 0 when the device renders none */
     float opening_stiffness_max_n_m; /* largest stable stiffness along it, N/m */
 } calot_capabilities;
@@ -84,16 +83,16 @@ typedef struct {
 
 /* One device. Firmware may read the first four fields; the others are private. */
 typedef struct {
-    bool streaming;          /* a host listens */
+    bool streaming;          /* a host has greeted and not stopped */
     uint32_t messages;       /* messages understood; the counters wrap */
-    uint32_t bad;            /* frames and messages rejected */
-    uint32_t watchdog_trips; /* times that the watchdog dropped a force */
+    uint32_t bad;            /* rejected frames and messages */
+    uint32_t watchdog_trips; /* how often the watchdog dropped a force */
     calot_capabilities can;
-    uint8_t bytes[CALOT_FRAME_MAX]; /* the frame that is coming in */
+    uint8_t bytes[CALOT_FRAME_MAX]; /* the incomplete frame */
     uint8_t length;
     bool overrun, answer_due, tripped, limited, fault, has_force, has_newest, says_opening;
     uint16_t sequence; /* number of the last message sent */
-    uint16_t newest;   /* number of the newest FORCE; it outlives the force */
+    uint16_t newest;   /* number of the newest FORCE; kept when the force is dropped */
     uint16_t command_sequence;
     uint32_t command_us;
     calot_force command;
@@ -101,7 +100,7 @@ typedef struct {
 
 /* ---- Numbers ---- */
 
-/* Half a byte at a time: the table has 64 bytes instead of 1024. */
+/* Takes half a byte at a time, so that the table has 64 bytes instead of 1024. */
 static inline uint32_t calot_crc32c(const uint8_t *bytes, size_t n)
 {
     static const uint32_t table[16] = {
@@ -129,7 +128,7 @@ static inline float calot_read_i16(const uint8_t *at, float unit)
     return (float)(value < 0x8000 ? value : value - 0x10000) * unit;
 }
 
-/* Writes a little-endian number and returns the place behind it. */
+/* Writes a little-endian number and returns a pointer behind it. */
 static inline uint8_t *calot_write(uint8_t *at, uint32_t value, unsigned bytes)
 {
     for (; bytes > 0; bytes--) {
@@ -140,7 +139,7 @@ static inline uint8_t *calot_write(uint8_t *at, uint32_t value, unsigned bytes)
 }
 
 /* Writes `value` in steps of `unit`, rounded half away from zero. It saturates at `least` and
- * `most`; a NaN becomes `least`. Returns the place behind it. */
+ * `most`; a NaN becomes `least`. Returns a pointer behind the number. */
 static inline uint8_t *calot_put(uint8_t *at, unsigned bytes, float value, float unit,
                                  int32_t least, int32_t most)
 {
@@ -154,7 +153,7 @@ static inline uint8_t *calot_put(uint8_t *at, unsigned bytes, float value, float
     return calot_write(at, (uint32_t)number, bytes);
 }
 
-/* Looks at the exponent's bits, because -ffast-math removes comparisons with NaN. */
+/* Tests the exponent's bits, because -ffast-math removes comparisons with NaN. */
 static inline bool calot_is_finite(const float *values, size_t n)
 {
     for (size_t i = 0; i < n; i++) {
@@ -165,7 +164,7 @@ static inline bool calot_is_finite(const float *values, size_t n)
     return true;
 }
 
-/* Shortens a vector to at most `max`. The direction stays. */
+/* Shortens a vector to a length of at most `max` and keeps its direction. */
 static inline void calot_shorten(float vector[3], float max)
 {
     float limit = max * max, ratio, scale = 0.0f;
@@ -185,7 +184,8 @@ static inline void calot_shorten(float vector[3], float max)
 
 /* ---- Frames ---- */
 
-/* Frames a payload of `n` bytes, which has room for its checksum. Returns the frame's length. */
+/* Writes a payload of `n` bytes as a frame; behind the payload must be room for the checksum.
+ * Returns the frame's length. */
 static inline size_t calot_frame(uint8_t *payload, size_t n, uint8_t *out)
 {
     size_t code_at = 0, length = 1;
@@ -203,8 +203,8 @@ static inline size_t calot_frame(uint8_t *payload, size_t n, uint8_t *out)
     return length;
 }
 
-/* Takes the stuffing out of `bytes` in place and checks the checksum. Returns the payload's length,
- * or 0 when the bytes are no frame. */
+/* Decodes the frame in `bytes` in place and checks the checksum. Returns the payload's length, or 0
+ * if the bytes are no frame. */
 static inline size_t calot_unframe(uint8_t *bytes, size_t length)
 {
     size_t from = 0, to = 0;
@@ -239,7 +239,7 @@ static inline calot_motion calot_motion_zero(void)
 }
 
 /* A device that no host has greeted. For a haptic device, a watchdog of 0 or more than 100 ms
- * becomes 100 ms. The name's text must stay where it is. */
+ * becomes 100 ms. The caller must keep the name's text. */
 static inline void calot_rig_init(calot_rig *rig, const calot_capabilities *capabilities)
 {
     memset(rig, 0, sizeof *rig);
@@ -288,8 +288,8 @@ static inline bool calot_obey(calot_rig *rig, const uint8_t *payload, size_t n, 
     return true;
 }
 
-/* Takes `n` bytes from the host. `now_us` is the board's clock in microseconds. It may wrap, and
- * must never run backwards from call to call: a force from the future counts as too old. */
+/* Takes `n` bytes from the host. `now_us` is the board's clock in microseconds. It may wrap, but it
+ * must never run backwards between calls: a force from the future counts as too old. */
 static inline void calot_rig_receive(calot_rig *rig, const uint8_t *bytes, size_t n,
                                      uint32_t now_us)
 {
@@ -346,7 +346,7 @@ static inline size_t calot_rig_answer(calot_rig *rig, uint8_t *out)
     return calot_frame(payload, (size_t)(at - payload), out);
 }
 
-/* Drops a force that is too old. It is dropped for good, because after a wrap of the clock it would
+/* Drops a force that is too old. The force must not stay stored: after a wrap of the clock it would
  * look new again. */
 static inline void calot_watch(calot_rig *rig, uint32_t now_us)
 {
@@ -378,8 +378,8 @@ static inline calot_force calot_rig_force(calot_rig *rig, uint32_t now_us)
 }
 
 /* One sample for the host. Returns the number of bytes to send: 0 before a greeting, after STOP,
- * and for a motion with a NaN or an infinity. The host counts such a sample as lost. Many of them
- * end the force. Values beyond a field's range saturate; the host drops that sample. */
+ * and for a motion with a NaN or an infinity. The host counts such a sample as lost; many of them
+ * end the force. A value beyond its field's range saturates; the host drops that sample. */
 static inline size_t calot_rig_state(calot_rig *rig, const calot_motion *motion, uint32_t now_us,
                                      uint8_t *out)
 {
@@ -416,13 +416,13 @@ static inline size_t calot_rig_switches(calot_rig *rig, uint8_t pressed, uint8_t
     return calot_frame(payload, (size_t)(at - payload), out);
 }
 
-/* Reports, from the next sample on, that heat or current limits the force. */
+/* Reports, from the next sample on, whether heat or current limits the force. */
 static inline void calot_rig_set_limited(calot_rig *rig, bool limited)
 {
     rig->limited = limited;
 }
 
-/* Reports a fault that a person must mend, and drops the force for as long as the fault stays. */
+/* Reports a fault that a person must repair. No force is in effect while the fault lasts. */
 static inline void calot_rig_set_fault(calot_rig *rig, bool fault)
 {
     rig->fault = fault;

@@ -1,11 +1,11 @@
-/* A rig without hardware: a program that speaks the rig protocol through a pty, for trying Calot
- * and for the tests of calot_rig.h. It runs on Linux.
+/* A rig without hardware: this program speaks the rig protocol through a pty. It serves for trying
+ * Calot and for the tests of calot_rig.h. It runs on Linux.
  *
  *     cc -std=c99 -O2 -o pty hardware/firmware/pty.c
  *     ./pty /tmp/my-rig
  *     calot devices conformance /tmp/my-rig
  *
- * --fault gives the firmware mistakes, so that one can see what Calot says about each.
+ * --fault adds a mistake to the firmware, so that one can see what Calot reports.
  */
 #define _DEFAULT_SOURCE
 #define _XOPEN_SOURCE 700
@@ -24,14 +24,14 @@
 static const char HELP[] =
     "usage: pty [--pedal] [--still] [--fault NAME[=NUMBER]]... PATH\n"
     "\n"
-    "Makes a pty, links PATH to it, and behaves as a haptic device of 1 kHz, until Ctrl-C. The\n"
-    "handle goes round in a small circle. The program prints the pty's path once it listens.\n"
+    "Makes a pty, links PATH to it, and behaves as a haptic device of 1 kHz until Ctrl-C. The\n"
+    "handle moves in a small circle. The program prints the pty's path when it is ready.\n"
     "\n"
     "  --pedal  a foot pedal of 100 Hz that nobody presses\n"
     "  --still  the handle rests in the middle\n"
     "  --fault  a mistake of the firmware; several may be given:\n";
 
-/* Mistakes of firmware. The order is that of the names below. */
+/* Mistakes of firmware, in the order of NAMES. */
 enum fault {
     WRONG_CRC, NO_ZERO, SHORT_CAPABILITIES, SLOW_BOOT, NO_WATCHDOG, SLOW_WATCHDOG, NO_STOP, DEAF,
     FORCE_STATUS, FROZEN_CLOCK, CLOCK_MS, FROZEN_HANDLE, NOT_A_NUMBER, FAR, LEAP, NO_ROTATION,
@@ -40,29 +40,29 @@ enum fault {
 
 static const struct {
     const char *name;
-    long usual; /* the number when none is given */
+    long usual; /* number for a fault without =NUMBER */
     const char *meaning;
 } NAMES[FAULTS] = {
     {"wrong-crc", 1, "every checksum is wrong"},
     {"no-zero", 1, "no frame ends with a zero"},
-    {"short-capabilities", 1, "CAPABILITIES lacks so many bytes of its end"},
-    {"slow-boot", 3, "deaf for so many seconds after a host began to speak"},
+    {"short-capabilities", 1, "CAPABILITIES lacks its last NUMBER bytes"},
+    {"slow-boot", 3, "bytes are ignored for NUMBER seconds from the host's first ones on"},
     {"no-watchdog", 1, "the force never drops"},
-    {"slow-watchdog", 150, "the force drops after so many ms; 50 are declared"},
+    {"slow-watchdog", 150, "the force drops after NUMBER ms; 50 are declared"},
     {"no-stop", 1, "samples go on after STOP"},
-    {"deaf", 1, "no FORCE is read"},
-    {"force-status", 1, "status bit 0 is set for forces other than zero only"},
+    {"deaf", 1, "every FORCE is ignored"},
+    {"force-status", 1, "status bit 0 is clear for a FORCE of zero"},
     {"frozen-clock", 1, "the clock stands still"},
     {"clock-ms", 1, "the clock counts ms"},
-    {"frozen-handle", 1, "the position stands still, the velocity does not"},
-    {"nan", 10, "one of so many positions is not a number"},
-    {"far", 150, "the handle is so many mm away; 100 are declared"},
-    {"leap", 100, "one of so many positions lies 50 mm aside"},
+    {"frozen-handle", 1, "the position stands still while the velocity is not zero"},
+    {"nan", 10, "one of NUMBER positions is not a number"},
+    {"far", 150, "the handle is NUMBER mm from the middle; the workspace has 100"},
+    {"leap", 100, "one of NUMBER positions is off by 50 mm"},
     {"no-rotation", 1, "the rotation is 0 0 0 0"},
     {"stuck-number", 1, "every message has number 1"},
-    {"slow", 250, "so many samples per second; 1000 are declared"},
+    {"slow", 250, "NUMBER samples per second; 1000 are declared"},
     {"limited", 1, "status bit 2: heat or current limits the force"},
-    {"fault", 1, "status bit 3: a person must mend it"},
+    {"fault", 1, "status bit 3: a person must repair the device"},
 };
 
 static struct {
@@ -137,7 +137,7 @@ static void read_options(int count, char **words)
     if (!options.path) usage("no PATH");
 }
 
-/* The pty's master. The slave stays open, so that raw mode outlives a host. */
+/* Opens the pty and returns its master. The slave stays open, so that raw mode outlives a host. */
 static int open_line(void)
 {
     struct termios raw;
@@ -151,7 +151,7 @@ static int open_line(void)
     cfmakeraw(&raw);
     if (tcsetattr(slave, TCSANOW, &raw)) fail("setting the pty to raw");
     if (fcntl(master, F_SETFL, O_NONBLOCK)) fail("setting the pty to return at once");
-    /* A link of an earlier run goes; a file of the user stays. */
+    /* Removes the link of an earlier run, but never a file. */
     if (readlink(options.path, &letter, 1) >= 0) unlink(options.path);
     if (symlink(name, options.path)) fail(options.path);
     printf("%s\n", name);
@@ -187,8 +187,8 @@ static calot_capabilities describe(void)
     return can;
 }
 
-/* A circle with a radius of 10 mm at 10 mm/s, `passed_s` after the last sample. A vector that turns
- * gives sine and cosine without libm. */
+/* Moves the handle for `passed_s` along a circle with a radius of 10 mm, at 10 mm/s. It rotates a
+ * vector, because libm's sine is not linked. */
 static calot_motion move(double passed_s)
 {
     static double x_m = 0.01, y_m = 0.0;
@@ -199,7 +199,7 @@ static calot_motion move(double passed_s)
     if (!options.still) {
         x_m -= y_m * passed_s;
         y_m += x_m * passed_s;
-        /* One step of Newton keeps the radius. */
+        /* One Newton step restores the radius. */
         grown = (x_m * x_m + y_m * y_m) / 1e-4;
         x_m *= 1.5 - 0.5 * grown;
         y_m *= 1.5 - 0.5 * grown;
@@ -222,7 +222,7 @@ static calot_motion move(double passed_s)
     return motion;
 }
 
-/* Spoils a frame as the options say. Returns its new length. */
+/* Adds the chosen mistakes to a frame. Returns its new length. */
 static size_t spoil(calot_rig *rig, uint8_t *frame, size_t n)
 {
     uint8_t payload[CALOT_FRAME_MAX];
@@ -256,7 +256,7 @@ static void transmit(calot_rig *rig, int line, uint8_t *frame, size_t n)
     if (write(line, frame, n) < 0 && errno != EAGAIN && errno != EIO) fail("writing to the pty");
 }
 
-/* Reads what the line has. A board that boots hears nothing. */
+/* Reads the bytes that have come. A booting board ignores them. */
 static void hear(calot_rig *rig, int line, uint64_t now, uint32_t now_us)
 {
     static uint64_t boot_until;
@@ -278,7 +278,7 @@ static void hear(calot_rig *rig, int line, uint64_t now, uint32_t now_us)
     }
 }
 
-/* Keeps the force of a faulty watchdog young for as long as the mistake lets the force last. */
+/* Lets a force last longer, as the mistakes of the watchdog demand: renews its time. */
 static void watch_wrongly(calot_rig *rig, uint32_t now_us)
 {
     static uint32_t command_us;
@@ -287,7 +287,7 @@ static void watch_wrongly(calot_rig *rig, uint32_t now_us)
         number = rig->command_sequence;
         command_us = rig->command_us;
     }
-    /* Afterwards the rig's own watchdog adds its time. */
+    /* The rig's own watchdog then drops the force after its own time. */
     long held_us = options.faults[SLOW_WATCHDOG] * 1000 - rig->can.watchdog_ms * 1000;
     if (options.faults[NO_WATCHDOG] || (long)(now_us - command_us) < held_us)
         rig->command_us = now_us;
@@ -318,7 +318,7 @@ static void run(int line)
                                      : calot_rig_state(&rig, &motion, now_us, frame);
             transmit(&rig, line, frame, n);
             sampled = now;
-            /* A late program skips samples as a board does, and sends no bundles. */
+            /* A late program skips samples, as a board does, and sends no bundles. */
             due = due + period_us > now ? due + period_us : now + period_us;
         }
         nanosleep(&pause, NULL);

@@ -4,7 +4,7 @@
 //! no implausible position and no force above the clamp. No force may remain while samples are
 //! missing or after the host has gone.
 
-use hardware::emulate::{HapticModel, Played};
+use hardware::emulate::{HapticModel, SimulatedDevice};
 use rt_core::fault::FaultSet;
 use rt_core::haptics::output_limit::{Demand, OutputLimit};
 use rt_core::math::Vec3;
@@ -27,18 +27,18 @@ pub(crate) fn run(bytes: &[u8]) {
         return;
     };
     let model = MODELS[usize::from(first) % MODELS.len()];
-    let (driver, line) = Played::open(model).expect("a device in memory answers");
+    let (driver, line) = SimulatedDevice::open(model).expect("a device in memory answers");
     let mut station = Station::new(driver, line);
     // The force is on before the fuzzed bytes arrive.
     for _ in 0..5 {
         station.tick(true);
     }
-    assert!(station.line.strain() > 0.1, "the force is on");
+    assert!(station.line.motor_load() > 0.1, "the force is on");
     while let Some((&how, more)) = rest.split_first() {
         let length = usize::from(how >> 2) % (more.len() + 1);
         let (piece, later) = more.split_at(length);
         rest = later;
-        station.line.say(piece);
+        station.line.send_to_driver(piece);
         for _ in 0..1 + u32::from(how & 1) * 40 {
             station.tick(how & 2 != 0);
         }
@@ -49,7 +49,7 @@ pub(crate) fn run(bytes: &[u8]) {
 /// Driver, safety chain and device.
 struct Station {
     driver: Box<dyn HapticDevice + Send>,
-    line: Played,
+    line: SimulatedDevice,
     limit: OutputLimit,
     clamp_n: f32,
     place_m: Option<Vec3>,
@@ -59,7 +59,7 @@ struct Station {
 }
 
 impl Station {
-    fn new(driver: Box<dyn HapticDevice + Send>, line: Played) -> Self {
+    fn new(driver: Box<dyn HapticDevice + Send>, line: SimulatedDevice) -> Self {
         let capabilities = driver.capabilities();
         let mut limit = OutputLimit::new(&capabilities, 0.0);
         limit.enable(true);
@@ -125,8 +125,11 @@ impl Station {
             assert!(size_n <= 0.0, "{size_n} N leave without a sample");
         }
         self.driver.send(command, now_ns);
-        let strain = self.line.strain();
-        assert!(strain <= 1.001, "{strain} of what the motors may get");
+        let motor_load = self.line.motor_load();
+        assert!(
+            motor_load <= 1.001,
+            "{motor_load} of what the motors may get"
+        );
     }
 
     /// The host hangs, then closes.
@@ -138,10 +141,16 @@ impl Station {
             for _ in 0..=SILENT_MS {
                 self.line.millisecond(false);
             }
-            assert!(self.line.strain() <= 0.0, "the watchdog lets go");
+            assert!(
+                self.line.motor_load() <= 0.0,
+                "the watchdog drops the force"
+            );
         }
         drop(self.driver);
         self.line.millisecond(false);
-        assert!(self.line.strain() <= 1e-6, "the driver's last words");
+        assert!(
+            self.line.motor_load() <= 1e-6,
+            "dropping the driver ends the force"
+        );
     }
 }

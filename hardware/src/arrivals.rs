@@ -1,5 +1,5 @@
-//! Recognises from the arrivals of samples what a serial adapter or the USB does to them, and names
-//! the setting that ends it.
+//! Recognises, from the times at which samples arrive, that a serial adapter or the USB delays
+//! them. Names the setting that ends the delay.
 
 use std::path::Path;
 
@@ -9,27 +9,29 @@ const WINDOW: u64 = 500;
 const BATCHES_MIN: usize = 20;
 /// Longest window, ns. A slower device is judged by as many samples as came.
 const WINDOW_NS: u64 = 4_000_000_000;
-/// Gap that does not end a batch, ns: parts of a batch come within one poll of 200 µs, and a
-/// scheduler adds some.
-const WITHIN_NS: u64 = 300_000;
+/// Shortest gap that ends a batch, ns. The parts of a batch arrive within one poll of 200 µs; the
+/// scheduler may add a delay.
+const BATCH_GAP_NS: u64 = 300_000;
 /// Frame of full-speed USB, ns (USB 2.0, 7.1.12).
 const FRAME_NS: u64 = 1_000_000;
-/// Largest distance of an arrival's gap from whole frames, ns.
-const OFF_FRAME_NS: u64 = 150_000;
-/// Time after which an FTDI adapter sends what it has, ms: its default (FTDI AN232B-04).
+/// Largest difference between a gap and the nearest whole number of frames, ns.
+const FRAME_TOLERANCE_NS: u64 = 150_000;
+/// Default of an FTDI adapter's latency timer, ms (FTDI AN232B-04). The adapter collects bytes
+/// until this timer expires.
 const FTDI_MS: u64 = 16;
-/// Share of the gaps, in percent, that must fit a timer or frames. A busy computer spoils a few.
-const FITS: usize = 80;
-/// Share of the gaps, in percent, that must differ from the usual number of frames. A device that
-/// itself sends every whole ms shows nothing of frames.
-const DIFFER: usize = 5;
+/// Share of the gaps, in percent, that must fit the timer or the frames. A busy computer lengthens
+/// a few gaps.
+const FITTING_PERCENT: usize = 80;
+/// Share of the gaps, in percent, whose number of frames must differ from that of the median gap.
+/// If all gaps have the same number, the device itself may send once per millisecond.
+const DIFFERING_PERCENT: usize = 5;
 
 /// Pattern of arrivals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pattern {
     /// An FTDI adapter's timer at its default.
     Ftdi,
-    /// Batches of this many samples, in tenths, every so many µs.
+    /// Regular batches of samples.
     Batches {
         /// Samples in a batch, in tenths.
         tenths: u64,
@@ -102,7 +104,7 @@ impl Arrivals {
         }
         self.samples += samples;
         match self.batches.last_mut() {
-            Some(last) if at_ns.saturating_sub(last.last_ns) < WITHIN_NS => {
+            Some(last) if at_ns.saturating_sub(last.last_ns) < BATCH_GAP_NS => {
                 last.last_ns = at_ns;
                 last.samples += samples;
             }
@@ -129,7 +131,7 @@ impl Arrivals {
     }
 }
 
-/// Judges a window.
+/// Pattern of a window of batches; `None` if no pattern shows.
 fn pattern(batches: &[Batch]) -> Option<Pattern> {
     // The last batch may not be whole.
     let whole = batches.split_last()?.1;
@@ -147,40 +149,40 @@ fn pattern(batches: &[Batch]) -> Option<Pattern> {
         .collect();
     let mut sorted = gaps.clone();
     sorted.sort_unstable();
-    let usual_ns = *sorted.get(sorted.len() / 2)?;
+    let median_ns = *sorted.get(sorted.len() / 2)?;
     let fits = |is_it: &dyn Fn(u64) -> bool| {
         let count = gaps.iter().filter(|&&gap| is_it(gap)).count();
-        100 * count >= FITS * gaps.len()
+        100 * count >= FITTING_PERCENT * gaps.len()
     };
-    let is_regular = fits(&|gap| gap.abs_diff(usual_ns) <= usual_ns / 4);
+    let is_regular = fits(&|gap| gap.abs_diff(median_ns) <= median_ns / 4);
     let timer_ns = FTDI_MS * FRAME_NS;
     // A device slower than the timer has one sample in some batches and two in others.
-    if tenths >= 13 && is_regular && usual_ns.abs_diff(timer_ns) <= FRAME_NS {
+    if tenths >= 13 && is_regular && median_ns.abs_diff(timer_ns) <= FRAME_NS {
         return Some(Pattern::Ftdi);
     }
-    let by_frames = fits(&|gap| {
+    let fits_frames = fits(&|gap| {
         let off = gap % FRAME_NS;
-        gap >= FRAME_NS / 2 && off.min(FRAME_NS - off) <= OFF_FRAME_NS
+        gap >= FRAME_NS / 2 && off.min(FRAME_NS - off) <= FRAME_TOLERANCE_NS
     });
     let frames = |gap: u64| (gap + FRAME_NS / 2) / FRAME_NS;
-    let others = gaps.iter().filter(|&&gap| frames(gap) != frames(usual_ns));
-    let differ = 100 * others.count() >= DIFFER * gaps.len();
-    let several_a_frame = tenths >= 12 && frames(usual_ns) == 1;
-    let is_own = is_whole_frames(gaps.iter().sum::<u64>() / samples.max(1));
-    if by_frames && !is_own && (differ || several_a_frame) {
+    let others = gaps.iter().filter(|&&gap| frames(gap) != frames(median_ns));
+    let differ = 100 * others.count() >= DIFFERING_PERCENT * gaps.len();
+    let has_several_per_frame = tenths >= 12 && frames(median_ns) == 1;
+    let has_frame_period = is_whole_frames(gaps.iter().sum::<u64>() / samples.max(1));
+    if fits_frames && !has_frame_period && (differ || has_several_per_frame) {
         return Some(Pattern::Frames);
     }
     (tenths >= 18 && is_regular).then_some(Pattern::Batches {
         tenths,
-        every_us: usual_ns / 1000,
+        every_us: median_ns / 1000,
     })
 }
 
-/// True if a device with this mean period itself sends every so many whole frames. Late reading
-/// then looks like frames.
+/// True if the mean period is a whole number of frames. A device may then send at that period
+/// itself, and samples that are read late look as if they had waited for frames.
 fn is_whole_frames(period_ns: u64) -> bool {
     let frames = (period_ns + FRAME_NS / 2) / FRAME_NS;
-    // A clock of a device is off by less than one in a hundred, and a window by one sample.
+    // A device's clock deviates by less than 1 %. A window may have one sample too many or too few.
     frames > 0 && 100 * period_ns.abs_diff(frames * FRAME_NS) <= 3 * frames * FRAME_NS
 }
 
@@ -188,8 +190,8 @@ fn is_whole_frames(period_ns: u64) -> bool {
 mod tests {
     use super::*;
 
-    /// Samples of a device every `every_ns` that arrive when `comes` lets them through, for six
-    /// seconds, polled every 200 µs and with up to 20 µs of jitter.
+    /// Pattern after six seconds of samples every `every_ns`. `comes` gives the arrival time of a
+    /// sample. The line is polled every 200 µs, and arrivals have up to 20 µs of jitter.
     fn found(every_ns: u64, comes: impl Fn(u64) -> u64) -> Option<Pattern> {
         let mut arrivals = Arrivals::default();
         let mut waiting: Vec<u64> = Vec::new();
@@ -225,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn other_batches_are_told_with_their_size_and_interval() {
+    fn other_batches_are_reported_with_their_size_and_interval() {
         let Some(Pattern::Batches { tenths, every_us }) = found(1_000_000, held(5_000_000)) else {
             panic!("no batches");
         };
@@ -234,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_of_full_speed_usb_are_recognised_where_they_show() {
+    fn frames_of_full_speed_usb_are_recognised_where_they_can_be() {
         for every_us in [300, 500, 700, 1400] {
             let found = found(every_us * 1000, held(1_000_000));
             assert_eq!(found, Some(Pattern::Frames), "{every_us} µs");
@@ -244,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_that_come_at_once_show_nothing() {
+    fn samples_that_arrive_without_delay_have_no_pattern() {
         for every_us in [700, 1000, 1300, 4000, 10_000] {
             let found = found(every_us * 1000, |at_ns| at_ns);
             assert_eq!(found, None, "{every_us} µs");

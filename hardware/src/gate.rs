@@ -88,7 +88,7 @@ mod tests {
     const MS: u64 = 1_000_000;
 
     #[test]
-    fn a_leap_is_held_back_until_enough_agree() {
+    fn a_jump_is_dropped_until_enough_samples_agree() {
         let mut gate = Gate::new(3000.0, 0.3);
         gate.begin([180.0, 0.0], 0);
         assert!(gate.admit([179.0, 1.0], MS));
@@ -109,7 +109,7 @@ mod tests {
     proptest! {
         /// For any damage among true samples, every admitted value is near the truth.
         #[test]
-        fn damaged_samples_never_come_through(
+        fn damaged_samples_are_never_admitted(
             damage in prop::collection::vec((0u8..3, -1e4..1e4f32), 1..300),
         ) {
             let mut gate = Gate::new(10.0, 0.01);

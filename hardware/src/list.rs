@@ -11,7 +11,7 @@ use serialport::SerialPortType;
 pub struct Found {
     /// Present path, e.g. `/dev/ttyACM0`.
     pub path: PathBuf,
-    /// Path that udev keeps the same in whatever order devices are plugged in. The station file
+    /// Path that does not depend on the order in which devices are plugged in. The station file
     /// should name this path.
     pub stable_path: Option<PathBuf>,
     /// Name that the device reports.
@@ -146,7 +146,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_device_is_found_by_the_name_that_stays() {
+    fn a_device_is_found_by_its_permanent_name() {
         let directory = tempfile::tempdir().unwrap();
         let device = directory.path().join("ttyACM0");
         fs::write(&device, "").unwrap();
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn looking_round_never_fails() {
+    fn listing_devices_never_fails() {
         for found in devices() {
             let is_usb = ["usb", crate::dhd::LIBRARY].map(Path::new);
             let is_usb = is_usb.contains(&found.path.as_path());

@@ -44,7 +44,7 @@ impl Motion {
 
     /// Judges a sample. Returns its velocity, m/s, if the sample is plausible: the larger of the
     /// velocity that the device reports and the velocity of its positions.
-    pub(crate) fn take(&mut self, at_m: Vec3, said_m_s: Vec3, at_ns: TimeNs) -> Option<Vec3> {
+    pub(crate) fn take(&mut self, at_m: Vec3, reported_m_s: Vec3, at_ns: TimeNs) -> Option<Vec3> {
         let before = self.gate.last();
         let is_gap = self.gate.is_gap(at_ns);
         if !self.gate.admit(at_m.into(), at_ns) {
@@ -62,8 +62,8 @@ impl Motion {
             self.trail.clear();
         }
         self.admitted_ns = at_ns;
-        let moved_m_s = self.trail.add((at_ns / 1000) as u32, &at_m);
-        Some(faster(said_m_s, moved_m_s))
+        let derived_m_s = self.trail.add((at_ns / 1000) as u32, &at_m);
+        Some(faster(reported_m_s, derived_m_s))
     }
 
     /// Findings of this poll.
@@ -79,11 +79,11 @@ impl Motion {
 
 /// The larger of a reported velocity and the velocity of the positions: the report may be zero, or
 /// use another unit.
-pub(crate) fn faster(said_m_s: Vec3, moved_m_s: Vec3) -> Vec3 {
-    if moved_m_s.norm() <= said_m_s.norm() {
-        said_m_s
+pub(crate) fn faster(reported_m_s: Vec3, derived_m_s: Vec3) -> Vec3 {
+    if derived_m_s.norm() <= reported_m_s.norm() {
+        reported_m_s
     } else {
-        moved_m_s
+        derived_m_s
     }
 }
 
@@ -95,13 +95,13 @@ mod tests {
 
     /// Number of samples admitted, fastest velocity and number of leaps of a handle at 1 kHz; true
     /// if a leap was admitted in the end.
-    fn judged(said_m_s: f32, x_m: impl Fn(u64) -> f32) -> (u32, f32, u64, bool) {
+    fn judged(reported_m_s: f32, x_m: impl Fn(u64) -> f32) -> (u32, f32, u64, bool) {
         let mut motion = Motion::default();
         let (mut admitted, mut fastest_m_s, mut leapt) = (0, 0.0f32, false);
         for ms in 1..=1000u64 {
             motion.begin();
             let at_m = Vec3::x() * x_m(ms);
-            if let Some(velocity) = motion.take(at_m, Vec3::x() * said_m_s, ms * MS) {
+            if let Some(velocity) = motion.take(at_m, Vec3::x() * reported_m_s, ms * MS) {
                 admitted += 1;
                 fastest_m_s = fastest_m_s.max(velocity.norm());
             }
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn a_velocity_left_zero_is_replaced_by_that_of_the_positions() {
+    fn a_velocity_that_is_always_zero_is_replaced_by_that_of_the_positions() {
         let (admitted, fastest_m_s, leaps, _) = judged(0.0, |ms| ms as f32 * 2.0e-3);
         assert!((fastest_m_s - 2.0).abs() < 0.01, "{fastest_m_s}");
         assert_eq!((admitted, leaps), (999, 0));
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn a_leap_that_lasts_is_believed_and_told() {
+    fn a_lasting_leap_is_accepted_and_reported() {
         let (admitted, fastest_m_s, leaps, leapt) =
             judged(0.0, |ms| if ms >= 500 { 0.05 } else { 0.0 });
         assert_eq!((admitted, leaps, leapt), (992, 7, true));

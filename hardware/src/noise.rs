@@ -3,7 +3,7 @@
 //! Each position is compared with the straight line between the positions before and after it. The
 //! distance of the position from that line is called the deviation. The smooth motion of a hand
 //! deviates to one side for many samples in a row. A hand accelerates with up to 50 m/s², which
-//! deviates by 0.025 mm at 1 kHz. Noise deviates to one side, then to the other.
+//! makes a deviation of 0.025 mm at 1 kHz. Noise deviates to one side, then to the other.
 //!
 //! If the noise is independent from sample to sample, the product of a deviation and the next one
 //! is on average -1 times the mean square of the noise. The product of a deviation and the next but
@@ -16,7 +16,7 @@ use rt_core::math::Vec3;
 const WINDOW_US: u32 = 1_000_000;
 /// Fewest products from which the noise of a window is computed. With 90 products the mean is right
 /// to about 10 %.
-const FEWEST: u32 = 90;
+const PRODUCTS_MIN: u32 = 90;
 /// Longest time between two samples that are compared, µs. The motion of a hand over three samples
 /// at 100 Hz is still smooth.
 const GAP_US: u32 = 12_000;
@@ -64,7 +64,7 @@ impl Noise {
         };
         let passed_us = us.wrapping_sub(last.us);
         if passed_us == 0 || passed_us > GAP_US {
-            self.part();
+            self.interrupt();
             self.last = Some(now);
             return;
         }
@@ -87,7 +87,7 @@ impl Noise {
     }
 
     /// Forgets the last samples, because the next one does not continue their motion.
-    pub(crate) const fn part(&mut self) {
+    pub(crate) const fn interrupt(&mut self) {
         (self.last, self.before, self.deviations_m) = (None, None, [None; 2]);
     }
 
@@ -104,7 +104,7 @@ impl Noise {
 
     fn measured_m(&self) -> Option<f32> {
         let mean_m2 = self.sum_m2 / (1.25 * self.count as f32);
-        (self.count >= FEWEST).then(|| mean_m2.max(0.0).sqrt())
+        (self.count >= PRODUCTS_MIN).then(|| mean_m2.max(0.0).sqrt())
     }
 
     fn end_window(&mut self) {
@@ -124,16 +124,16 @@ mod tests {
     use super::*;
     use crate::emulate::Random;
 
-    /// Measurement of a device's noise after 5 s. The device moves along `way_m`, sends `hz`
+    /// Measurement of a device's noise after 5 s. The device moves along `x_at_m`, sends `hz`
     /// samples a second, and has noise of this rms length.
-    fn judged(hz: u32, noise_m: f32, mut way_m: impl FnMut(f32) -> f32) -> Noise {
+    fn judged(hz: u32, noise_m: f32, mut x_at_m: impl FnMut(f32) -> f32) -> Noise {
         let (mut noise, mut random) = (Noise::default(), Random::new(3, 0));
         for n in 0..5 * hz {
             let us = n * (1_000_000 / hz);
             // A number spread evenly from -1 to 1 has the mean square 1/3, so three axes have 1.
             let mut part = || noise_m * (2.0 * random.unit() - 1.0);
             let off_m = Vec3::new(part(), part(), part());
-            let x_m = way_m(us as f32 * 1.0e-6);
+            let x_m = x_at_m(us as f32 * 1.0e-6);
             noise.take(
                 us.wrapping_add(u32::MAX - 1_000_000),
                 &(off_m + Vec3::x() * x_m),
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_is_measured_at_any_rate_and_beside_any_way_of_a_hand() {
+    fn noise_is_measured_at_any_rate_and_during_any_movement_of_a_hand() {
         for hz in [100, 500, 1000, 4000] {
             for noise_m in [0.00015, 0.0005] {
                 let swings = |s: f32| 0.05 * (s * 12.0).sin();
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hand_an_encoder_and_a_knock_are_no_noise() {
+    fn a_moving_hand_encoder_steps_and_a_knock_are_no_noise() {
         let still = [
             judged(1000, 0.0, |s| 0.05 * (s * 31.0).sin()),
             // A strong tremor: 2 mm at 12 Hz.

@@ -11,36 +11,37 @@ const TRIES: u32 = 8;
 #[derive(Debug)]
 pub(crate) struct Slot<const N: usize> {
     /// Count of the sequence lock: odd during a write, 0 before the first write.
-    turn: AtomicU32,
+    version: AtomicU32,
     words: [AtomicU32; N],
 }
 
 impl<const N: usize> Slot<N> {
     pub(crate) const fn new() -> Self {
         Self {
-            turn: AtomicU32::new(0),
+            version: AtomicU32::new(0),
             words: [const { AtomicU32::new(0) }; N],
         }
     }
 
     /// Replaces the value. Only one thread may call this method.
     pub(crate) fn write(&self, words: [u32; N]) {
-        let turn = self.turn.load(Ordering::Relaxed);
-        self.turn.store(turn.wrapping_add(1), Ordering::Relaxed);
+        let version = self.version.load(Ordering::Relaxed);
+        self.version
+            .store(version.wrapping_add(1), Ordering::Relaxed);
         fence(Ordering::Release);
         for (slot, word) in self.words.iter().zip(words) {
             slot.store(word, Ordering::Relaxed);
         }
         // Skip 0, which means "never written".
-        self.turn
-            .store(turn.wrapping_add(2).max(2), Ordering::Release);
+        self.version
+            .store(version.wrapping_add(2).max(2), Ordering::Release);
     }
 
     /// Newest value and its sequence count. `None` before the first write, or when a write disturbs
     /// every attempt.
     pub(crate) fn read(&self) -> Option<(u32, [u32; N])> {
         for _ in 0..TRIES {
-            let before = self.turn.load(Ordering::Acquire);
+            let before = self.version.load(Ordering::Acquire);
             if before == 0 {
                 return None;
             }
@@ -49,7 +50,7 @@ impl<const N: usize> Slot<N> {
             }
             let words = std::array::from_fn(|at| self.words[at].load(Ordering::Relaxed));
             fence(Ordering::Acquire);
-            if self.turn.load(Ordering::Relaxed) == before {
+            if self.version.load(Ordering::Relaxed) == before {
                 return Some((before, words));
             }
         }

@@ -1,5 +1,5 @@
-//! Newest positions of a handle, from which its speed is computed, with the device's own clock
-//! where there is one.
+//! Newest positions of a handle, from which its velocity is computed. Times are those of the
+//! device's own clock, if it has one.
 
 use rt_core::math::Vec3;
 
@@ -76,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn a_steady_hand_has_its_speed_at_any_rate_across_a_wrap_of_the_clock() {
+    fn a_steady_speed_is_measured_at_any_rate_across_a_wrap_of_the_clock() {
         for period_us in [125, 1000, 4000, 50_000] {
             let speed_m_s = fastest(period_us, |i| i as f32 * period_us as f32 * 1.0e-7);
             assert!(
@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_of_half_a_millimetre_stays_below_a_trip() {
+    fn noise_of_half_a_millimetre_counts_as_a_low_speed() {
         let speed_m_s = fastest(1000, |i| if i % 2 == 0 { 0.0005 } else { -0.0005 });
         assert!(speed_m_s < 0.5, "{speed_m_s} m/s");
     }

@@ -1,5 +1,5 @@
-//! Prints what a running station publishes, four times a second:
-//! `cargo run -p shared-mem --example watch -- [STATION] [SECONDS]`.
+//! Prints the state of a running station four times a second: `cargo run -p shared-mem --example
+//! watch -- [STATION] [SECONDS]`.
 
 use std::error::Error;
 use std::time::{Duration, Instant};

@@ -2,9 +2,9 @@
 
 use shared_mem::scene::{NO_CELL, SceneFile};
 
-/// Reads the bytes as they are. Then reads them once more with a correct hash in the header, as a
-/// forger would write it, so that the checks of the content must catch every fault. In an accepted
-/// scene every index must lie inside its list.
+/// Reads the bytes as they are. Then reads them again with a correct hash in the header, as a
+/// forger would write it: now only the checks of the content can find a fault. In an accepted scene
+/// every index must be inside its list.
 pub(crate) fn scene_file(bytes: &[u8]) {
     let _ = SceneFile::from_bytes(bytes);
     let mut sealed = bytes.to_vec();
@@ -30,8 +30,8 @@ pub(crate) fn scene_file(bytes: &[u8]) {
     for t in scene.triangles() {
         assert!(t.iter().all(|&v| (v as usize) < scene.vertices().len()));
     }
-    for band in scene.attachments() {
-        assert!((band.a as usize) < spheres);
+    for attachment in scene.attachments() {
+        assert!((attachment.a as usize) < spheres);
     }
     for cell in scene.cells() {
         let corners = scene.cell_corners().len();

@@ -1,4 +1,4 @@
-//! Service `inputs`: everything that a tick read from the devices and the host, and hashes of the
+//! Service `inputs`: everything that a tick read from the devices and from hosts, and hashes of the
 //! tick's results. A replay gives the simulation the same inputs and compares the hashes.
 
 use bytemuck::{Pod, Zeroable};
@@ -41,13 +41,13 @@ pub struct InputRecord {
     pub sequence: u16,
     /// Pressed buttons of the handle, one bit each.
     pub buttons: u8,
-    /// Command of a host: its kind ([`crate::message::CommandMsg`]) in the low four bits and its
-    /// argument in the high four; 0: no command.
+    /// Command of a host: its kind ([`crate::message::CommandMsg`]) in the low four bits, its
+    /// argument in the high four. 0: no command.
     pub command: u8,
     /// Opening of the handle, from 0 (shut) to 1 (wide open). Valid if `bits` has
     /// [`InputRecord::HAS_OPENING`].
     pub opening: f32,
-    /// Hash of each organ's spheres, folded to eight bits.
+    /// Hash of each organ's spheres, reduced to eight bits.
     pub organ_hashes: [u8; 16],
 }
 
@@ -72,13 +72,13 @@ impl InputRecord {
     pub const COAGULATE: u32 = 1 << 8;
     /// Pedal: camera lock.
     pub const CAMERA_LOCK: u32 = 1 << 9;
-    /// The tick left out self-collision, because too little time was left.
+    /// The tick skipped self-collision, because too little time was left.
     pub const NO_SELF_COLLISION: u32 = 1 << 10;
-    /// The tick left out far organs, because too little time was left. A far organ is near no tool
+    /// The tick skipped far organs, because too little time was left. A far organ is near no tool
     /// and not in the jaws.
     pub const NO_FAR_ORGANS: u32 = 1 << 11;
-    /// The haptic device's sample does not continue the earlier samples: the handle may be
-    /// anywhere.
+    /// The haptic device's sample does not continue the earlier samples. The handle may have moved
+    /// any distance.
     pub const LEAPT: u32 = 1 << 12;
     /// The haptic device reported a fault of its own.
     pub const DEVICE_FAILED: u32 = 1 << 13;
@@ -102,8 +102,8 @@ pub struct RunSetup {
     pub instrument_port_m: [f32; 3],
     /// Port of the endoscope, world frame, m.
     pub endoscope_port_m: [f32; 3],
-    /// Capabilities of the haptic device, in the order of `rt_core::port::DeviceCapabilities`
-    /// without its `opening`.
+    /// Capabilities of the haptic device: the fields of `rt_core::port::DeviceCapabilities` in
+    /// their order, without `opening`.
     pub device: [f32; 9],
     /// Capabilities of the handle's opening: travel, m; peak force, N; largest stiffness, N/m.
     pub opening: [f32; 3],
@@ -130,8 +130,8 @@ pub struct InputBatch {
     pub lost: u64,
     /// Number of `records` in use.
     pub count: u32,
-    /// Number of ticks that the controller ran. Zero, except in the last batch of a controller that
-    /// ends in order.
+    /// Number of ticks that the controller ran; set only in the last batch of a controller that
+    /// ends in order, else zero.
     pub ran: u32,
     /// The records, oldest first.
     pub records: [InputRecord; INPUT_BATCH],

@@ -1,7 +1,7 @@
 //! Lengths of the arrays in the messages.
 //!
-//! The package `rt-core` defines most of them once more, because neither package may depend on the
-//! other. `border.rs` of `rt-process` does not compile if a limit differs between the two.
+//! The package `rt-core` defines most of these limits too, because neither package may depend on
+//! the other. `border.rs` of `rt-process` does not compile if a limit differs between them.
 
 use crate::words::Fault;
 

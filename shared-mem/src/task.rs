@@ -1,5 +1,5 @@
 //! Service `task`: the state of a task as JSON. The host that assesses the task sends it to the
-//! hosts that watch. The realtime process never sees it.
+//! hosts that watch. The realtime process does not receive it.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;

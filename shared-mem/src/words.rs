@@ -1,7 +1,7 @@
 //! Names for the numbers that messages carry between processes.
 //!
 //! A message stores raw integers, because a broken peer may write any bit pattern. A reader
-//! converts them to these types. A number without a name is refused.
+//! converts them to these types. The conversion refuses a number without a name.
 
 use core::ops::BitOr;
 
@@ -9,7 +9,7 @@ use core::ops::BitOr;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("there is no {what} {number}")]
 pub struct Unknown {
-    /// The set of names in which the number was looked up.
+    /// The type of the number, in words.
     pub what: &'static str,
     /// The number.
     pub number: u32,
@@ -31,7 +31,7 @@ macro_rules! words {
         }
 
         impl $word {
-            /// All variants, by rising number.
+            /// All variants, in the order of their numbers.
             pub const ALL: [Self; [$($number),+].len()] = [$(Self::$variant),+];
 
             /// Number of the variant in messages.
@@ -103,6 +103,54 @@ words! {
 }
 
 words! {
+    /// Something that an instructor makes go wrong in the simulation.
+    Complication, "complication" {
+        /// The artery of the gallbladder bleeds from a hole in its wall.
+        Bleeding = 0, "bleeding";
+        /// The newest clip slips off.
+        SlippedClip = 1, "slipped_clip";
+    }
+}
+
+words! {
+    /// Act of an instructor at a running station.
+    ActKind, "act of an instructor" {
+        /// Points at a place in the body.
+        Point = 0, "point";
+        /// Pauses the simulation.
+        Pause = 1, "pause";
+        /// Lets the simulation go on.
+        Resume = 2, "resume";
+        /// Writes a remark for the debrief.
+        Remark = 3, "remark";
+        /// Fogs the endoscope's lens.
+        Fog = 4, "fog";
+        /// Makes the artery of the gallbladder bleed.
+        Bleeding = 5, "bleeding";
+        /// Makes the newest clip slip off.
+        SlippedClip = 6, "slipped_clip";
+    }
+}
+
+impl ActKind {
+    /// The complication that the controller has to bring about, if the act is one.
+    #[must_use]
+    pub const fn complication(self) -> Option<Complication> {
+        match self {
+            Self::Bleeding => Some(Complication::Bleeding),
+            Self::SlippedClip => Some(Complication::SlippedClip),
+            _ => None,
+        }
+    }
+
+    /// True if the trainee's work changes by it, or the trainee is told something.
+    #[must_use]
+    pub const fn helps_or_hinders(self) -> bool {
+        !matches!(self, Self::Remark)
+    }
+}
+
+words! {
     /// Kind of an event. [`crate::message::Event`] has the payload of each kind.
     EventKind, "kind of event" {
         /// The instrument began to touch an organ.
@@ -117,19 +165,19 @@ words! {
         Fault = 5, "fault";
         /// The electrosurgical current changed.
         Electro = 6, "electro";
-        /// Held tissue slipped by 2 mm through the jaws.
+        /// Grasped tissue slipped by 2 mm through the jaws.
         Slip = 7, "slip";
         /// An attachment or a link of a tube tore.
         Tear = 8, "tear";
         /// Scissors or current cut an attachment, a suture or a link of a tube.
         Cut = 9, "cut";
-        /// A clip closed on the organ. If the event names no organ, the clip closed on nothing. A
-        /// clip on two organs raises two events.
+        /// A clip closed on the organ. If the event names no organ, there was nothing in the clip.
+        /// A clip on two organs raises two events.
         Clip = 10, "clip";
         /// An electrode burnt an organ.
         Burn = 11, "burn";
-        /// A vessel, a duct or an organ full of bile leaks. All events of one leak have the place
-        /// where the leak began.
+        /// A vessel, a duct or an organ full of bile leaks. All events of one leak have the
+        /// position at which the leak began.
         Leak = 12, "leak";
         /// A cell of layered tissue is gone.
         Removed = 13, "removed";
@@ -139,14 +187,14 @@ words! {
         Perforation = 15, "perforation";
         /// A tube was divided, or torn off an organ.
         Divided = 16, "divided";
-        /// All organs were put back to the start of the run, or to the start of a task. Earlier
+        /// All organs were reset to their state at the start of the run, or of a task. Earlier
         /// events no longer count.
         Reset = 17, "reset";
         /// A suture goes through an organ.
         Stitch = 18, "stitch";
         /// A suture hangs an organ on the abdominal wall.
         Hung = 19, "hung";
-        /// An organ that nobody cut free left its place and does not return.
+        /// An organ that was not cut free left its place and does not return.
         Fall = 20, "fall";
         /// An organ does not come to rest, and no tool explains its speed.
         Shake = 21, "shake";
@@ -155,6 +203,11 @@ words! {
         Buried = 22, "buried";
         /// The instrument presses on an organ harder than before in this contact.
         Press = 23, "press";
+        /// An instructor's complication opened a vessel.
+        Opened = 24, "opened";
+        /// An instructor's complication took a clip off the organ. A clip on two organs raises two
+        /// events.
+        Unclipped = 25, "unclipped";
     }
 }
 
@@ -207,17 +260,18 @@ words! {
         Ramped = 19, "ramped";
         /// The haptic device is open but sends no valid sample.
         SilentDevice = 20, "silent_device";
-        /// The haptic device repeats a position while its velocity or clock says otherwise.
+        /// The haptic device repeats a position although its velocity is not zero, or together with
+        /// its clock.
         FrozenDevice = 21, "frozen_device";
         /// The haptic device's clock runs backwards, stands still or counts in another unit.
         DeviceClock = 22, "device_clock";
         /// The handle leapt farther than a hand moves.
         DeviceLeap = 23, "device_leap";
-        /// The haptic device's samples arrive several at once.
+        /// The haptic device's samples arrive in bundles.
         DeviceBundles = 24, "device_bundles";
         /// The haptic device confirms none of the forces sent to it.
         DeafDevice = 25, "deaf_device";
-        /// The connection to the pedal is gone or silent.
+        /// The connection to the pedal is gone, or the pedal is silent.
         LostPedal = 26, "lost_pedal";
         /// A pedal has been held down since the start, or since its connection returned.
         HeldPedal = 27, "held_pedal";
@@ -225,7 +279,7 @@ words! {
         DeviceFault = 28, "device_fault";
         /// The haptic device's watchdog set the force to zero.
         DeviceWatchdog = 29, "device_watchdog";
-        /// The haptic device limits the force itself.
+        /// The haptic device itself limits the force.
         DeviceLimited = 30, "device_limited";
         /// The haptic device's positions are noisy.
         NoisyDevice = 31, "noisy_device";
@@ -264,13 +318,13 @@ macro_rules! bits {
             /// All named bits.
             pub const ALL: Self = Self($($bit)|+);
 
-            /// The named bits of a message. Other bits are dropped.
+            /// The set with the named bits of a message. Other bits are dropped.
             #[must_use]
             pub const fn named(bits: u32) -> Self {
                 Self(bits & Self::ALL.0)
             }
 
-            /// The bits as a message carries them.
+            /// The bits, as a message contains them.
             #[must_use]
             pub const fn bits(self) -> u32 {
                 self.0
@@ -329,7 +383,7 @@ impl Switches {
     /// The three pedals: cut, coagulate and camera lock.
     pub const PEDALS: Self = Self(7);
 
-    /// Current that the pedals ask for. Both pedals at once give none.
+    /// Current that the pedals request. Both pedals at once give no current.
     #[must_use]
     pub const fn current(self) -> Current {
         match (self.contains(Self::CUT), self.contains(Self::COAGULATE)) {
@@ -341,7 +395,7 @@ impl Switches {
 }
 
 bits! {
-    /// Buttons of the handle. A device has up to eight. Only one has a name in messages.
+    /// Buttons of the handle. A device has up to eight; one has a name in messages.
     Buttons, "set of buttons" {
         /// Closes the jaws.
         GRASP = 1;
@@ -369,8 +423,16 @@ mod tests {
     }
 
     #[test]
-    fn words_come_back_from_their_numbers_and_unknown_numbers_are_refused() {
-        is_checked!(Instrument, CapsuleRole, Current, EventKind, Fault);
+    fn words_are_found_by_their_numbers_and_unknown_numbers_are_refused() {
+        is_checked!(
+            Instrument,
+            CapsuleRole,
+            Current,
+            Complication,
+            ActKind,
+            EventKind,
+            Fault
+        );
     }
 
     #[test]
@@ -382,7 +444,7 @@ mod tests {
     }
 
     #[test]
-    fn both_pedals_give_no_current() {
+    fn both_pedals_together_give_no_current() {
         let both = Switches::CUT | Switches::COAGULATE;
         assert_eq!(both.current(), Current::Off);
         assert_eq!(Switches::CUT.current(), Current::Cut);

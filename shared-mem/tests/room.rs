@@ -1,6 +1,7 @@
-//! Shared memory that is too small, of another user, removed while in use, or left by a crash.
+//! Tests shared memory that is too small, belongs to another user, is removed while in use, or was
+//! left by a crash.
 //!
-//! Each process of a test is this test program, started again with the name of a role.
+//! Each process of a test is this test program, which the test starts again with a role.
 #![allow(clippy::unwrap_used)]
 
 use std::io::{BufRead as _, BufReader};
@@ -20,8 +21,8 @@ fn name(test: &str) -> String {
     format!("r{}-{test}", std::process::id())
 }
 
-/// The main function of a test's process, and no test by itself. It prints its result. A process
-/// that holds ends then waits until its standard input is closed.
+/// The main function of a test's process; it is not a test itself. It prints the result of its
+/// role. If it opened ends, it then waits until its standard input is closed.
 #[test]
 fn role() {
     let Ok(role) = std::env::var(ROLE) else {
@@ -58,12 +59,12 @@ fn role() {
 }
 
 /// A process with a role, and the result that it printed.
-struct Actor {
+struct TestProcess {
     child: Child,
-    said: String,
+    result: String,
 }
 
-impl Actor {
+impl TestProcess {
     fn start(role: &str, station: &str, tmp: &Path) -> Self {
         Self::start_in(&[], role, station, tmp)
     }
@@ -72,11 +73,11 @@ impl Actor {
     fn start_in(wrapper: &[&str], role: &str, station: &str, tmp: &Path) -> Self {
         let mut child = Self::spawn(wrapper, role, station, tmp);
         let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
-        let said = lines.find_map(|line| line.unwrap().strip_prefix("SAID ").map(str::to_owned));
-        // The pipe is emptied, because the test harness goes on to write to it.
+        let result = lines.find_map(|line| line.unwrap().strip_prefix("SAID ").map(str::to_owned));
+        // The pipe must be read to its end, because the test harness also writes to it.
         std::thread::spawn(move || lines.for_each(drop));
-        let said = said.unwrap_or_else(|| format!("died: {:?}", child.wait()));
-        Self { child, said }
+        let result = result.unwrap_or_else(|| format!("died: {:?}", child.wait()));
+        Self { child, result }
     }
 
     fn spawn(wrapper: &[&str], role: &str, station: &str, tmp: &Path) -> Child {
@@ -120,83 +121,83 @@ impl Actor {
 }
 
 /// Names of files in shared memory that begin with `prefix`.
-fn named(prefix: &str) -> Vec<String> {
+fn files_with_prefix(prefix: &str) -> Vec<String> {
     let all = std::fs::read_dir("/dev/shm").unwrap().flatten();
     let names = all.map(|it| it.file_name().to_string_lossy().into_owned());
     names.filter(|name| name.starts_with(prefix)).collect()
 }
 
 /// Names of the iceoryx2 files of this user's station.
-fn shared(station: &str) -> Vec<String> {
+fn station_files(station: &str) -> Vec<String> {
     let user = rustix::process::geteuid().as_raw();
-    named(&format!("calot_{user}_{station}."))
+    files_with_prefix(&format!("calot_{user}_{station}."))
 }
 
 /// Names of the files that show the presence of the station's members.
-fn members(station: &str) -> Vec<String> {
+fn presence_files(station: &str) -> Vec<String> {
     let user = rustix::process::geteuid().as_raw();
-    named(&format!("calot-{user}-{station}."))
+    files_with_prefix(&format!("calot-{user}-{station}."))
 }
 
 /// True if `wrapper` can start a program. If not, prints the reason.
-fn can(wrapper: &[&str]) -> bool {
+fn is_possible(wrapper: &[&str]) -> bool {
     let tried = Command::new(wrapper[0])
         .args(&wrapper[1..])
         .arg("true")
         .output();
-    let can = tried.as_ref().is_ok_and(|it| it.status.success());
-    if !can {
+    let is_possible = tried.as_ref().is_ok_and(|it| it.status.success());
+    if !is_possible {
         println!("skipped: {wrapper:?} is not possible here: {tried:?}");
     }
-    can
+    is_possible
 }
 
 #[test]
 fn nothing_of_a_station_is_left_after_a_clean_end() {
     let tmp = tempfile::tempdir().unwrap();
     let station = name("clean");
-    let all = Actor::start("all", &station, tmp.path());
-    assert_eq!(all.said, "open");
-    assert!(shared(&station).len() > 6);
-    assert!(members(&station).len() >= 4);
+    let all = TestProcess::start("all", &station, tmp.path());
+    assert_eq!(all.result, "open");
+    assert!(station_files(&station).len() > 6);
+    assert!(presence_files(&station).len() >= 4);
     all.end();
-    assert_eq!(shared(&station), [""; 0]);
-    assert_eq!(members(&station), [""; 0]);
+    assert_eq!(station_files(&station), [""; 0]);
+    assert_eq!(presence_files(&station), [""; 0]);
 }
 
 /// A program in another network namespace, as in a container that shares /dev/shm, does not see the
 /// station's abstract sockets.
 #[test]
-fn nobody_sweeps_a_station_of_another_network_away() {
+fn a_station_of_another_network_is_not_removed() {
     const NETWORK: [&str; 2] = ["unshare", "--net"];
-    if !can(&NETWORK) {
+    if !is_possible(&NETWORK) {
         return;
     }
     let tmp = tempfile::tempdir().unwrap();
     let station = name("net");
-    let start = |role: &str| Actor::start_in(&NETWORK, role, &station, tmp.path());
+    let start = |role: &str| TestProcess::start_in(&NETWORK, role, &station, tmp.path());
     let controller = start("controller");
-    assert_eq!(controller.said, "open");
-    let before = shared(&station);
+    assert_eq!(controller.result, "open");
+    let before = station_files(&station);
     for wrapped in [true, false] {
         let host = match wrapped {
             true => start("host"),
-            false => Actor::start("host", &station, tmp.path()),
+            false => TestProcess::start("host", &station, tmp.path()),
         };
-        assert_eq!(host.said, "open");
+        assert_eq!(host.result, "open");
         host.end();
-        let now = shared(&station);
+        let now = station_files(&station);
         assert!(
             before.iter().all(|it| now.contains(it)),
             "{before:?} {now:?}"
         );
     }
     controller.end();
-    assert_eq!(shared(&station), [""; 0]);
+    assert_eq!(station_files(&station), [""; 0]);
 }
 
 #[test]
-fn a_hundred_kills_at_any_moment_leave_a_station_that_starts() {
+fn a_station_starts_after_a_hundred_kills_at_random_moments() {
     let tmp = tempfile::tempdir().unwrap();
     let station = name("kills");
     let mut random = 7u64;
@@ -206,7 +207,7 @@ fn a_hundred_kills_at_any_moment_leave_a_station_that_starts() {
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1);
         let role = ["controller", "host", "all"][(random >> 33) as usize % 3];
-        kept.push(Actor::spawn(&[], role, &station, tmp.path()));
+        kept.push(TestProcess::spawn(&[], role, &station, tmp.path()));
         std::thread::sleep(Duration::from_micros((random >> 40) % 60_000));
         // Up to three processes live at once, so that some die while others join.
         if kept.len() == 3 || kill == 99 {
@@ -219,121 +220,125 @@ fn a_hundred_kills_at_any_moment_leave_a_station_that_starts() {
                 left.kill().unwrap();
                 left.wait().unwrap();
             }
-            let whole = Actor::start("all", &station, tmp.path());
-            assert_eq!(whole.said, "open", "after {kill} kills");
+            let whole = TestProcess::start("all", &station, tmp.path());
+            assert_eq!(whole.result, "open", "after {kill} kills");
             whole.end();
-            assert_eq!(shared(&station), [""; 0]);
-            assert_eq!(members(&station), [""; 0]);
+            assert_eq!(station_files(&station), [""; 0]);
+            assert_eq!(presence_files(&station), [""; 0]);
         }
     }
 }
 
 #[test]
-fn a_station_starts_on_whatever_a_crash_left() {
+fn a_station_starts_on_any_leftovers_of_a_crash() {
     let tmp = tempfile::tempdir().unwrap();
     let station = name("crash");
     let user = rustix::process::geteuid().as_raw();
     let of_root = |folder: &str| tmp.path().join(format!("calot-{user}/{folder}"));
     for case in 0..6 {
-        let all = Actor::start("all", &station, tmp.path());
-        assert_eq!(all.said, "open", "after case {case}");
+        let all = TestProcess::start("all", &station, tmp.path());
+        assert_eq!(all.result, "open", "after case {case}");
         all.kill();
-        assert!(!shared(&station).is_empty());
+        assert!(!station_files(&station).is_empty());
         match case {
             0 => {}
             1 => std::fs::remove_dir_all(of_root("nodes")).unwrap(),
             2 => std::fs::remove_dir_all(of_root("services")).unwrap(),
             3 => {
                 std::fs::remove_dir_all(of_root("nodes")).unwrap();
-                let dynamic = shared(&station);
+                let dynamic = station_files(&station);
                 let dynamic = dynamic.iter().find(|it| it.ends_with(".dynamic")).unwrap();
                 std::fs::remove_file(Path::new("/dev/shm").join(dynamic)).unwrap();
             }
             4 => std::fs::remove_dir_all(of_root("")).unwrap(),
-            _ => shared(&station).iter().for_each(|it| {
+            _ => station_files(&station).iter().for_each(|it| {
                 std::fs::remove_file(Path::new("/dev/shm").join(it)).unwrap();
             }),
         }
     }
-    let last = Actor::start("all", &station, tmp.path());
-    assert_eq!(last.said, "open");
+    let last = TestProcess::start("all", &station, tmp.path());
+    assert_eq!(last.result, "open");
     last.end();
-    assert_eq!(shared(&station), [""; 0]);
+    assert_eq!(station_files(&station), [""; 0]);
 }
 
 #[test]
 fn a_station_whose_name_begins_with_anothers_keeps_its_files() {
     let tmp = tempfile::tempdir().unwrap();
     let station = name("a");
-    let longer = Actor::start("controller", &format!("{station}_b"), tmp.path());
-    assert_eq!(longer.said, "open");
-    let before = shared(&format!("{station}_b"));
-    Actor::start("all", &station, tmp.path()).end();
-    assert_eq!(shared(&format!("{station}_b")), before);
+    let longer = TestProcess::start("controller", &format!("{station}_b"), tmp.path());
+    assert_eq!(longer.result, "open");
+    let before = station_files(&format!("{station}_b"));
+    TestProcess::start("all", &station, tmp.path()).end();
+    assert_eq!(station_files(&format!("{station}_b")), before);
     longer.end();
 }
 
 #[test]
-fn newcomers_are_told_that_shared_memory_was_removed() {
+fn later_programs_report_that_shared_memory_was_removed() {
     let tmp = tempfile::tempdir().unwrap();
     let station = name("ipc");
-    let controller = Actor::start("controller", &station, tmp.path());
-    for file in shared(&station) {
+    let controller = TestProcess::start("controller", &station, tmp.path());
+    for file in station_files(&station) {
         std::fs::remove_file(Path::new("/dev/shm").join(file)).unwrap();
     }
-    let host = Actor::start("host", &station, tmp.path());
-    assert!(host.said.contains("RemoveIPC"), "{}", host.said);
+    let host = TestProcess::start("host", &station, tmp.path());
+    assert!(host.result.contains("RemoveIPC"), "{}", host.result);
     let words = "), but its files are gone from /dev/shm: ";
-    assert!(host.said.contains(words), "{}", host.said);
-    assert!(host.said.contains("restart the station"), "{}", host.said);
+    assert!(host.result.contains(words), "{}", host.result);
+    assert!(
+        host.result.contains("restart the station"),
+        "{}",
+        host.result
+    );
     host.end();
     controller.end();
-    let again = Actor::start("all", &station, tmp.path());
-    assert_eq!(again.said, "open");
+    let again = TestProcess::start("all", &station, tmp.path());
+    assert_eq!(again.result, "open");
     again.end();
 }
 
 #[test]
-fn newcomers_with_another_temporary_folder_are_told_the_place() {
+fn later_programs_with_another_temporary_folder_report_the_right_one() {
     let (tmp, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let station = name("tmp");
-    let controller = Actor::start("controller", &station, tmp.path());
-    let host = Actor::start("host", &station, other.path());
-    assert!(host.said.contains("TMPDIR"), "{}", host.said);
+    let controller = TestProcess::start("controller", &station, tmp.path());
+    let host = TestProcess::start("host", &station, other.path());
+    assert!(host.result.contains("TMPDIR"), "{}", host.result);
     let place = other.path().to_str().unwrap();
-    assert!(host.said.contains(place), "{}", host.said);
+    assert!(host.result.contains(place), "{}", host.result);
     host.end();
-    let nowhere = Actor::start("host", &station, Path::new("/none"));
-    assert!(nowhere.said.contains("/none"), "{}", nowhere.said);
-    assert!(nowhere.said.contains("TMPDIR"), "{}", nowhere.said);
+    let nowhere = TestProcess::start("host", &station, Path::new("/none"));
+    assert!(nowhere.result.contains("/none"), "{}", nowhere.result);
+    assert!(nowhere.result.contains("TMPDIR"), "{}", nowhere.result);
     nowhere.end();
     controller.end();
 }
 
 #[test]
-fn a_name_is_held_once_wherever_the_folders_are() {
+fn a_name_is_held_only_once_wherever_the_folders_are() {
     let (tmp, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let station = name("claim");
-    let first = Actor::start("claim", &station, tmp.path());
-    assert_eq!(first.said, "open");
-    let second = Actor::start("claim", &station, other.path());
+    let first = TestProcess::start("claim", &station, tmp.path());
+    assert_eq!(first.result, "open");
+    let second = TestProcess::start("claim", &station, other.path());
     let whole = format!(
         "station '{station}' runs already, held by the socket {:?}; show it with `calot run \
          --attach`, or choose another name with --station",
         Some(first.socket())
     );
-    assert_eq!(second.said, whole);
+    assert_eq!(second.result, whole);
     second.end();
     first.kill();
-    let third = Actor::start("claim", &station, other.path());
-    assert_eq!(third.said, "open");
+    let third = TestProcess::start("claim", &station, other.path());
+    assert_eq!(third.result, "open");
     third.end();
 }
 
 #[test]
 fn two_accounts_have_stations_of_one_name() {
     const OTHER: [&str; 4] = ["setpriv", "--reuid", "65534", "--clear-groups"];
-    if !can(&OTHER) {
+    if !is_possible(&OTHER) {
         return;
     }
     let tmp = tempfile::tempdir().unwrap();
@@ -345,12 +350,12 @@ fn two_accounts_have_stations_of_one_name() {
     let copy = copy.to_str().unwrap();
     let other = |station: &str| {
         let words = ["sh", "-c", "exec \"$0\" role --exact --nocapture", copy];
-        Actor::start_in(&[&OTHER[..], &words].concat(), "all", station, tmp.path())
+        TestProcess::start_in(&[&OTHER[..], &words].concat(), "all", station, tmp.path())
     };
-    let own = |station: &str| Actor::start("all", station, tmp.path());
+    let own = |station: &str| TestProcess::start("all", station, tmp.path());
     for kill in [false, true] {
-        let end = |actor: Actor| {
-            assert_eq!(actor.said, "open");
+        let end = |actor: TestProcess| {
+            assert_eq!(actor.result, "open");
             if kill { actor.kill() } else { actor.end() }
         };
         let station = name(if kill { "two-k" } else { "two-e" });
@@ -368,27 +373,27 @@ fn two_accounts_have_stations_of_one_name() {
     }
 }
 
-/// /dev/shm has sizes from too small for anything to large enough. Then it is full, read-only or
-/// missing.
+/// Runs with sizes of /dev/shm from far too small to large enough. Then runs with a full, a
+/// read-only and a missing /dev/shm.
 #[test]
 fn shared_memory_that_is_too_small_is_named_before_it_is_used() {
-    if !can(&["unshare", "-m"]) {
+    if !is_possible(&["unshare", "-m"]) {
         return;
     }
     let tmp = tempfile::tempdir().unwrap();
     let run = |prepare: &str, role: &str| {
         let script = format!("{prepare}; exec \"$0\" \"$@\"");
         let wrapper = ["unshare", "-m", "sh", "-c", &script];
-        Actor::start_in(&wrapper, role, &name("small"), tmp.path())
+        TestProcess::start_in(&wrapper, role, &name("small"), tmp.path())
     };
     let sized = |size: &str| format!("mount -t tmpfs -o size={size} none /dev/shm");
     for size in ["64k", "1m", "8m", "16m"] {
         let all = run(&sized(size), "all");
-        assert!(all.said.contains("--shm-size"), "{size}: {}", all.said);
+        assert!(all.result.contains("--shm-size"), "{size}: {}", all.result);
         all.end();
     }
     let fits = run(&sized("64m"), "all");
-    assert_eq!(fits.said, "open");
+    assert_eq!(fits.result, "open");
     fits.end();
     let fill = format!(
         "{}; dd if=/dev/zero of=/dev/shm/fill bs=1M 2>/dev/null",
@@ -396,7 +401,7 @@ fn shared_memory_that_is_too_small_is_named_before_it_is_used() {
     );
     for role in ["host", "controller"] {
         let full = run(&fill, role);
-        assert!(full.said.contains("0 kB free"), "{}", full.said);
+        assert!(full.result.contains("0 kB free"), "{}", full.result);
         full.end();
     }
     for (prepare, word) in [
@@ -407,28 +412,28 @@ fn shared_memory_that_is_too_small_is_named_before_it_is_used() {
         ),
     ] {
         let refused = run(prepare, "host");
-        assert!(refused.said.contains(word), "{}", refused.said);
+        assert!(refused.result.contains(word), "{}", refused.result);
         refused.end();
     }
 }
 
-/// `prlimit` sets the limit of `ulimit -f`. The limit is checked before any file is written, so
-/// that the signal SIGXFSZ is never raised.
+/// `prlimit` sets the same limit as `ulimit -f`. The station checks the limit before it writes any
+/// file, so the kernel never sends SIGXFSZ.
 #[test]
 fn a_limit_of_file_sizes_is_named() {
-    if !can(&["prlimit", "--fsize=2000000"]) {
+    if !is_possible(&["prlimit", "--fsize=2000000"]) {
         return;
     }
     let tmp = tempfile::tempdir().unwrap();
     let limited = ["prlimit", "--fsize=2000000"];
-    let all = Actor::start_in(&limited, "controller", &name("limit"), tmp.path());
-    assert!(all.said.contains("ulimit -f"), "{}", all.said);
+    let all = TestProcess::start_in(&limited, "controller", &name("limit"), tmp.path());
+    assert!(all.result.contains("ulimit -f"), "{}", all.result);
     all.end();
 }
 
-/// The memory that a station asks for is at least as large as its files, and not much larger.
+/// The memory that a station requires is at least as large as its files, and not much larger.
 #[test]
-fn what_a_station_reserves_is_what_it_takes() {
+fn a_station_reserves_the_memory_that_it_uses() {
     let station = Station::new(&name("measure")).unwrap();
     let need = Station::room_needed();
     let ends = (

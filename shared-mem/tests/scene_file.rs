@@ -1,4 +1,4 @@
-//! The compiled scene: written and read back, refused when faulty, and read from damaged bytes.
+//! Tests the compiled scene: writes and reads it, refuses faulty scenes, and reads damaged bytes.
 
 use bytemuck::Zeroable;
 use proptest::prelude::*;
@@ -22,7 +22,7 @@ fn contact_vertex(i: u16) -> ContactVertexRecord {
     }
 }
 
-/// One of two cells: the second lies on the outer face of the first.
+/// Cell 0 or 1. Cell 1 lies on the outer face of cell 0.
 fn cell(i: u16) -> CellRecord {
     let mut neighbours = [NO_CELL; 6];
     neighbours[usize::from(5 - i)] = 1 - i;
@@ -41,7 +41,7 @@ fn cell(i: u16) -> CellRecord {
     }
 }
 
-fn tiny() -> SceneData {
+fn tiny_scene() -> SceneData {
     let sphere = |x: f32| SphereRecord {
         center_m: [x, 0.0, 0.0],
         radius_m: 0.01,
@@ -131,10 +131,10 @@ fn tiny() -> SceneData {
 }
 
 #[test]
-fn a_scene_survives_the_file() {
+fn a_scene_is_read_as_written() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tiny.calot");
-    let data = tiny();
+    let data = tiny_scene();
     let id = data.write(&path).unwrap();
     let scene = SceneFile::open(&path).unwrap();
     assert_eq!(scene.id(), id);
@@ -171,9 +171,9 @@ fn a_changed_scene_has_another_identity() {
             .unwrap()
             .id()
     };
-    let mut other = tiny();
+    let mut other = tiny_scene();
     other.spheres[1].radius_m = 0.011;
-    assert_ne!(id(&tiny()), id(&other));
+    assert_ne!(id(&tiny_scene()), id(&other));
 }
 
 type Fault = (&'static str, fn(&mut SceneData));
@@ -238,7 +238,7 @@ fn every_fault_is_refused_and_named() {
         }),
     ];
     for (expected, break_it) in faults {
-        let mut data = tiny();
+        let mut data = tiny_scene();
         break_it(&mut data);
         let error = data.to_bytes().unwrap_err().to_string();
         assert!(
@@ -247,7 +247,7 @@ fn every_fault_is_refused_and_named() {
         );
     }
     let empty = SceneData {
-        room: tiny().room,
+        room: tiny_scene().room,
         ..SceneData::default()
     };
     assert!(matches!(
@@ -268,7 +268,7 @@ fn missing_foreign_old_and_damaged_files_are_told_apart() {
         SceneFile::from_bytes(b"v 0 0 0\n"),
         Err(SceneError::NotAScene(_))
     ));
-    let good = tiny().to_bytes().unwrap();
+    let good = tiny_scene().to_bytes().unwrap();
     let mut old = good.clone();
     old[8] = 0;
     assert!(matches!(
@@ -284,13 +284,13 @@ fn missing_foreign_old_and_damaged_files_are_told_apart() {
     assert!(SceneFile::from_bytes(&good[..good.len() - 1]).is_err());
 }
 
-/// The mass of a sphere tells the three levels apart.
+/// The mass of a sphere distinguishes the three levels.
 #[test]
 fn levels_of_detail_in_one_file_are_opened_by_number() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.calot");
     let level = |n: u8| {
-        let mut scene = tiny();
+        let mut scene = tiny_scene();
         scene.spheres[0].mass_kg = f32::from(n + 1);
         scene
     };
@@ -326,7 +326,7 @@ fn levels_of_detail_in_one_file_are_opened_by_number() {
         assert_eq!(SceneFile::levels(&path).len(), 1);
     }
     assert!(SceneData::write_levels(&[], &path).is_err());
-    assert!(SceneData::write_levels(&vec![tiny(); 9], &path).is_err());
+    assert!(SceneData::write_levels(&vec![tiny_scene(); 9], &path).is_err());
 }
 
 proptest! {
@@ -334,7 +334,7 @@ proptest! {
     #[test]
     fn hostile_bytes_never_panic(mut edits in prop::collection::vec((0usize..2000, any::<u8>()), 1..40),
                                  cut in prop::option::of(0usize..2000)) {
-        let mut bytes = tiny().to_bytes().unwrap();
+        let mut bytes = tiny_scene().to_bytes().unwrap();
         for (at, value) in edits.drain(..) {
             let at = at % bytes.len();
             bytes[at] = value;
@@ -343,13 +343,13 @@ proptest! {
         fuzz::scene_file(&bytes);
     }
 
-    /// Opens damaged and cut files of several levels. Every level is refused or sound.
+    /// Opens damaged and cut files of several levels. Each level is refused or is intact.
     #[test]
     fn hostile_levels_never_panic(edits in prop::collection::vec((0usize..4000, any::<u8>()), 0..6),
                                   cut in prop::option::of(0usize..4000)) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("scene.calot");
-        SceneData::write_levels(&[tiny(), tiny()], &path).unwrap();
+        SceneData::write_levels(&[tiny_scene(), tiny_scene()], &path).unwrap();
         let mut bytes = std::fs::read(&path).unwrap();
         for (at, value) in edits {
             let at = at % bytes.len();
@@ -374,7 +374,7 @@ fn a_scene_replaces_only_a_scene() {
     std::fs::create_dir(at("folder")).unwrap();
     std::os::unix::fs::symlink("/dev/null", at("device")).unwrap();
     for name in ["liver.stl", "folder", "device", "missing/x.calot"] {
-        let refused = tiny().write(&at(name)).unwrap_err().to_string();
+        let refused = tiny_scene().write(&at(name)).unwrap_err().to_string();
         assert!(refused.contains(name), "{refused}");
         assert!(refused.contains("cannot be written"), "{refused}");
         assert!(refused.contains("name a new file"), "{refused}");
@@ -384,8 +384,8 @@ fn a_scene_replaces_only_a_scene() {
     assert!(at("device").is_symlink());
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3);
     std::fs::write(at("empty"), "").unwrap();
-    tiny().write(&at("empty")).unwrap();
-    let mut other = tiny();
+    tiny_scene().write(&at("empty")).unwrap();
+    let mut other = tiny_scene();
     other.spheres[0].mass_kg *= 2.0;
     let id = other.write(&at("empty")).unwrap();
     assert_eq!(SceneFile::open(&at("empty")).unwrap().id(), id);

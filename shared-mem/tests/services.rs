@@ -1,4 +1,4 @@
-//! Ends of a station that communicate over real shared memory.
+//! Tests ends of a station that communicate through real shared memory.
 
 use core::time::Duration;
 
@@ -190,7 +190,7 @@ fn bad_station_names_are_refused() {
 }
 
 #[test]
-fn malformed_frames_are_seen_as_such() {
+fn malformed_frames_are_refused_as_such() {
     let mut state = zeroed::<StateFrame>();
     state.sphere_count = 2;
     assert!(state.spheres().is_some_and(|s| s.len() == 2));
@@ -273,7 +273,7 @@ fn shared_memory_of_a_station_is_its_users_alone() {
 /// The names of a station's files can be guessed, so any user can put a link into /dev/shm under
 /// such a name. The station must not change the file that the link leads to.
 #[test]
-fn a_planted_link_closes_nothing_else() {
+fn a_link_under_a_name_of_the_station_does_not_change_its_target() {
     use std::os::unix::fs::PermissionsExt;
     let station = station("planted");
     let victim = tempfile::NamedTempFile::new().unwrap();
@@ -306,7 +306,7 @@ fn a_recorder_that_listens_first_gets_every_batch() {
 }
 
 #[test]
-fn watchers_of_a_task_get_its_newest_word_whenever_they_come() {
+fn watchers_of_a_task_get_its_newest_message_whenever_they_start() {
     let station = station("task");
     let early = TaskReceiver::open(&station).unwrap();
     let mut heard = zeroed::<TaskMsg>();
@@ -331,7 +331,7 @@ fn watchers_of_a_task_get_its_newest_word_whenever_they_come() {
 }
 
 #[test]
-fn a_task_s_word_is_bounded_and_garbage_is_seen_as_such() {
+fn a_tasks_message_is_bounded_and_malformed_bytes_are_refused() {
     let longest = "x".repeat(TASK_TEXT);
     assert_eq!(TaskMsg::new(0, &longest).unwrap().text(), Some(&*longest));
     assert!(TaskMsg::new(0, &format!("{longest}x")).is_none());

@@ -6,6 +6,7 @@ use session::{Entry, EntryContent, Movement};
 use shared_mem::message::{EventMsg, PoseMsg};
 use shared_mem::words::EventKind;
 
+use crate::act::Act;
 use crate::alarm::Alarm;
 use crate::anatomy::{Anatomy, Region};
 use crate::hold::Hold;
@@ -105,6 +106,8 @@ pub struct Assessed {
     pub steps: Vec<(Step, bool)>,
     /// All alarms, the oldest first.
     pub alarms: Vec<Alarm>,
+    /// Acts of an instructor, the oldest first, also those before a restart.
+    pub acts: Vec<Act>,
     /// Injuries, the oldest first.
     pub injuries: Vec<Injury>,
     /// The critical view of safety; `None` in the tasks `scope` and `basics`, and for a scene
@@ -138,6 +141,7 @@ pub struct Assessment {
     /// Hands at each alarm.
     hands: Vec<Option<Hands>>,
     moments: Vec<Moment>,
+    acts: Vec<Act>,
     paths: [Path; 2],
     /// Time of the first entry, ns.
     first_ns: Option<u64>,
@@ -168,6 +172,7 @@ impl Assessment {
             alarms: Vec::new(),
             hands: Vec::new(),
             moments: Vec::new(),
+            acts: Vec::new(),
             paths: [Vec::new(), Vec::new()],
             first_ns: None,
             began_ns: None,
@@ -184,6 +189,15 @@ impl Assessment {
     /// Takes the next entry. Entries after the end of the task change nothing.
     pub fn take(&mut self, entry: &Entry) {
         let first_ns = *self.first_ns.get_or_insert(entry.at_ns);
+        // A remark may follow the decision.
+        if let EntryContent::Act(act) = &entry.what {
+            let session_s = entry.at_ns.saturating_sub(first_ns) as f64 * 1e-9;
+            if self.acts.len() < KEPT_MAX {
+                self.acts
+                    .extend(Act::of(self.tally.time_s(), session_s, act));
+            }
+            return;
+        }
         if self.over.is_some() {
             return;
         }
@@ -210,6 +224,7 @@ impl Assessment {
                 turned_rad,
             } => self.sight_rad = [*off_rad, *turned_rad].map(f64::from),
             EntryContent::Seen(seen) => self.seen(seen),
+            EntryContent::Act(_) => {} // taken above
             EntryContent::Moved(moved) => self.moved(entry.at_ns, moved),
             EntryContent::Event(event) => {
                 let session_s = entry.at_ns.saturating_sub(first_ns) as f64 * 1e-9;
@@ -301,6 +316,8 @@ impl Assessment {
             EventKind::Fall,
             EventKind::Shake,
             EventKind::Buried,
+            EventKind::Opened,
+            EventKind::Unclipped,
         ];
         if shown.iter().any(|kind| event.is(*kind)) && self.moments.len() < KEPT_MAX {
             let organ = self.anatomy.organ(event.organ);
@@ -449,6 +466,7 @@ impl Assessment {
             lost,
             steps,
             alarms: self.alarms,
+            acts: self.acts,
             injuries: self.procedure.injuries().cloned().collect(),
             cvs,
             metrics,

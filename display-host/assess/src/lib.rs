@@ -37,6 +37,7 @@
 //! session is a UUID of version 7, and trainees with equal names are one person. So merging the
 //! same store a second time changes nothing.
 
+mod act;
 mod alarm;
 mod anatomy;
 mod assessment;
@@ -57,6 +58,7 @@ mod vector;
 mod vessel;
 mod view;
 
+pub use act::Act;
 pub use alarm::{Alarm, AlarmKind};
 pub use anatomy::{Anatomy, Region};
 pub use assessment::{Assessed, Assessment, Hands, Moment, Path, Status, VERSION};

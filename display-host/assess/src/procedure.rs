@@ -237,6 +237,12 @@ impl Procedure {
                 None if is_target(kind) => {}
                 None => say(AlarmKind::ClipMisplaced),
             },
+            // An instructor did it, so it is no error. What follows from it is no error either.
+            Ok(Event::Opened { .. } | Event::Unclipped { .. }) => {
+                if let Some(vessel) = vessel.and_then(|which| self.vessels.get_mut(which)) {
+                    vessel.complicate(&event.decode());
+                }
+            }
             Ok(Event::Divided { open }) => {
                 if let Some(which) = vessel {
                     let is_closed = f64::from(open) <= rules.done.leak;
@@ -289,6 +295,7 @@ impl Procedure {
         if let Some(which) = vessel
             && let Some(vessel) = self.vessels.get(which)
             && vessel.divided.is_some()
+            && !vessel.excused
             && vessel.leaks(rules.done.leak)
             && self.is_unclamped(which)
         {

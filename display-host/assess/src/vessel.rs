@@ -1,5 +1,7 @@
 //! Clips on cystic duct and artery, and their division.
 
+use shared_mem::message::{Event, UnknownEvent};
+
 use crate::vector::{Vec3, distance};
 
 /// Leaks within this distance of each other are one, m.
@@ -28,6 +30,8 @@ pub(crate) struct Vessel {
     is_judged: bool,
     /// Positions of the vessel's leaks, m, and their flows. All events of a leak have one position.
     leaking: Vec<(Vec3, f64)>,
+    /// An instructor opened the vessel, or took a clip off. Its leaks then are no error.
+    pub(crate) excused: bool,
     /// The vessel was perforated or torn.
     pub(crate) injured: bool,
 }
@@ -36,6 +40,17 @@ impl Vessel {
     pub(crate) fn clip(&mut self, number: u32, at_m: Vec3) {
         if self.clips.iter().all(|clip| clip.number != number) {
             self.clips.push(Clip { number, at_m });
+        }
+    }
+
+    /// Takes an instructor's complication: an opened wall, or a clip that slipped off.
+    pub(crate) fn complicate(&mut self, event: &Result<Event, UnknownEvent>) {
+        self.excused = true;
+        if let Ok(Event::Unclipped { number }) = event {
+            match self.clips.iter().position(|clip| clip.number == *number) {
+                Some(at) => drop(self.clips.swap_remove(at)),
+                None => self.given = self.given.saturating_sub(1),
+            }
         }
     }
 

@@ -10,7 +10,7 @@ mod support;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use display_host::effects::{Effect, Kind};
+use display_host::effects::{Effect, Flow, Kind};
 use display_host::gallery;
 use display_host::render::cost::{FrameCost, measure, read_back_ms, tiers};
 use display_host::render::gpu::Gpu;
@@ -112,7 +112,11 @@ fn every_tier(
             at_m: Vec3::from(scene.room().target_m),
             along: Vec3::from(scene.room().target_normal),
             strength: 1.0,
-            lasts_s: 1e4,
+            lasts_s: Effect::LEAK_S,
+            flow: Flow {
+                ml_min: if kind == Kind::Blood { 30.0 } else { 0.0 },
+                pulses: true,
+            },
         };
         renderer.play(spheres, &[effect], 0.0);
     }

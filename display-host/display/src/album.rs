@@ -11,6 +11,9 @@ use crate::effects::{Causes, Effect};
 use crate::render::gpu::Gpu;
 use crate::render::{Quality, Renderer};
 
+/// Time constant of a film's exposure, s.
+const EXPOSURE_S: f32 = 0.4;
+
 /// Draws pictures of a session's moments.
 pub struct Album {
     gpu: Gpu,
@@ -70,11 +73,44 @@ impl Album {
         self.renderer.effects_mut().clear();
     }
 
+    /// Prepares for a film whose pictures follow each other by `seconds`: the exposure adapts as a
+    /// camera's does.
+    pub fn film(&mut self, seconds: f32) {
+        self.renderer.exposure_mut().adapt = 1.0 - (-seconds / EXPOSURE_S).exp();
+    }
+
+    /// Takes the endoscope with this angle between its view and its shaft, and this turn of the
+    /// view about the shaft, rad.
+    pub fn look(&mut self, [angle, turned]: [f32; 2]) {
+        let scope = self.renderer.scope_mut();
+        (scope.angle, scope.turned) = (angle, turned);
+    }
+
     /// Draws this moment as a PNG, as the endoscope showed it.
     ///
     /// # Errors
     /// [`DisplayError::Device`].
     pub fn draw(&mut self, state: &StateFrame, tools: &ToolFrame) -> Result<Vec<u8>, DisplayError> {
+        let picture = self.picture(state, tools, 0.0)?;
+        let mut png = Cursor::new(Vec::new());
+        let written = picture.write_to(&mut png, image::ImageFormat::Png);
+        written.map_err(|error| DisplayError::Device {
+            doing: "packing a picture",
+            detail: error.to_string(),
+        })?;
+        Ok(png.into_inner())
+    }
+
+    /// Draws this moment, `time_s` after the beginning, as the endoscope showed it.
+    ///
+    /// # Errors
+    /// [`DisplayError::Device`].
+    pub fn picture(
+        &mut self,
+        state: &StateFrame,
+        tools: &ToolFrame,
+        time_s: f32,
+    ) -> Result<image::RgbaImage, DisplayError> {
         let spheres = state.spheres().unwrap_or(&[]);
         self.renderer
             .set_cells(&self.gpu, state.cells().unwrap_or(&[]));
@@ -84,14 +120,7 @@ impl Album {
         }
         self.renderer
             .set_clips(state.clips().unwrap_or(&[]), spheres);
-        self.renderer.render(&self.gpu, spheres, tools, 0.0);
-        let picture = self.renderer.read(&self.gpu)?;
-        let mut png = Cursor::new(Vec::new());
-        let written = picture.write_to(&mut png, image::ImageFormat::Png);
-        written.map_err(|error| DisplayError::Device {
-            doing: "packing a picture",
-            detail: error.to_string(),
-        })?;
-        Ok(png.into_inner())
+        self.renderer.render(&self.gpu, spheres, tools, time_s);
+        self.renderer.read(&self.gpu)
     }
 }

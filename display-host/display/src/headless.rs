@@ -17,6 +17,7 @@ use crate::feed::{Feed, FeedCounters, Offer, hex};
 use crate::kept::Watch;
 use crate::latency::FrameRecord;
 use crate::painter::{Painter, Still};
+use crate::presentation::Presentation;
 use crate::ui::TaskView;
 
 /// Period at which the services are read.
@@ -114,6 +115,8 @@ pub struct RunOutcome {
     /// Pictures a second that the window showed: the median. `None` without a window, or after few
     /// pictures.
     pub pictures_per_second: Option<f64>,
+    /// When the screen got the window's pictures.
+    pub presentation: Presentation,
     /// Counters of received, refused and lost messages.
     pub counters: FeedCounters,
     /// Reason for the end of the run.
@@ -131,6 +134,7 @@ impl RunOutcome {
             software_adapter: false,
             frames: Vec::new(),
             pictures_per_second: None,
+            presentation: Presentation::default(),
             counters: FeedCounters::default(),
             ended: Ended::DisplayLost,
             warnings: vec![reason],
@@ -274,7 +278,7 @@ impl Run<'_> {
                 if let Some(mut still) = self.plan.next(elapsed, state, tools, free)
                     && let Some(painter) = &mut self.painter
                 {
-                    still.effects = Some(self.effects.take());
+                    still.effects = Some(self.effects.take(still.state.tick));
                     painter.paint(still);
                 }
             }
@@ -347,6 +351,7 @@ impl Run<'_> {
             software_adapter,
             frames,
             pictures_per_second: None,
+            presentation: Presentation::default(),
             counters: self.feed.counters(),
             ended,
             warnings: self.warnings,

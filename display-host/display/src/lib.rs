@@ -24,6 +24,7 @@ pub mod latency;
 mod painter;
 pub mod patch;
 pub mod picture;
+pub mod presentation;
 pub mod priority;
 pub mod render;
 pub mod report;

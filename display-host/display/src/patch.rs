@@ -6,7 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use shared_mem::message::ToolFrame;
 
-use crate::latency::now_ns;
+use crate::presentation::{Presented, Way};
 
 /// Side of the cells of space between which the handle changes the square, m.
 const CELL_M: f32 = 0.02;
@@ -57,6 +57,17 @@ pub struct Changed {
     pub handed_ns: u64,
 }
 
+/// A picture that changed the square, once it came to the screen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Arrived {
+    /// True if the square is bright from this picture on.
+    pub bright: bool,
+    /// Time of its handing over, ns.
+    pub handed_ns: u64,
+    /// Time at which the screen got it, ns.
+    pub at_ns: u64,
+}
+
 /// The window's screen and driver.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Surface {
@@ -89,6 +100,8 @@ pub struct Patch {
 struct Told {
     last: Option<bool>,
     changed: Vec<Changed>,
+    arrived_last: Option<bool>,
+    arrived: Vec<Arrived>,
     surface: Option<Surface>,
 }
 
@@ -135,6 +148,11 @@ impl Patch {
         std::mem::take(&mut self.told().changed)
     }
 
+    /// The changes that came to the screen since the last call.
+    pub fn take_arrived(&self) -> Vec<Arrived> {
+        std::mem::take(&mut self.told().arrived)
+    }
+
     /// Screen and driver, once the window is open.
     pub fn surface(&self) -> Option<Surface> {
         self.told().surface.clone()
@@ -155,8 +173,7 @@ impl Patch {
     }
 
     /// Notes that the picture with this square was handed to the screen.
-    pub(crate) fn handed(&self, lit: Lit, surface: impl FnOnce() -> Surface) {
-        let handed_ns = now_ns();
+    pub(crate) fn handed(&self, lit: Lit, handed_ns: u64, surface: impl FnOnce() -> Surface) {
         let mut told = self.told();
         if told.last.replace(lit.bright) != Some(lit.bright) {
             told.changed.push(Changed {
@@ -164,6 +181,21 @@ impl Patch {
                 handed_ns,
             });
             told.surface = Some(surface());
+        }
+    }
+
+    /// Notes that the picture with this square came to the screen.
+    pub(crate) fn presented(&self, lit: Lit, handed_ns: u64, presented: Presented) {
+        if presented.way == Way::Skip {
+            return;
+        }
+        let mut told = self.told();
+        if told.arrived_last.replace(lit.bright) != Some(lit.bright) {
+            told.arrived.push(Arrived {
+                bright: lit.bright,
+                handed_ns,
+                at_ns: presented.at_ns,
+            });
         }
     }
 
@@ -236,7 +268,7 @@ mod tests {
         let mut tools = ToolFrame::zeroed();
         for tick in [1, 2, 500, 501, 999] {
             tools.tick = tick;
-            patch.handed(patch.lit(&tools), surface);
+            patch.handed(patch.lit(&tools), tick * 1_000_000, surface);
         }
         let changed = patch.take_changed();
         let brights: Vec<bool> = changed.iter().map(|it| it.bright).collect();
@@ -247,5 +279,27 @@ mod tests {
         tools.world_from_handle.position_m = [0.03, 0.001, 0.001];
         let lit = patch.lit(&tools);
         assert!(lit.bright && lit.place == Place::Bottom);
+    }
+
+    #[test]
+    fn a_skipped_picture_changes_nothing_on_the_screen() {
+        let patch = Patch::new(true, 499);
+        let mut tools = ToolFrame::zeroed();
+        for (tick, way) in [
+            (1, Way::Copy),
+            (500, Way::Skip),
+            (501, Way::Flip),
+            (502, Way::Flip),
+        ] {
+            tools.tick = tick;
+            let handed_ns = tick * 1_000_000;
+            let at_ns = handed_ns + 7_000_000;
+            patch.presented(patch.lit(&tools), handed_ns, Presented { at_ns, way });
+        }
+        let arrived = patch.take_arrived();
+        let told: Vec<_> = arrived.iter().map(|it| (it.bright, it.at_ns)).collect();
+        assert_eq!(told, [(false, 8_000_000), (true, 508_000_000)]);
+        assert_eq!(arrived[1].handed_ns, 501_000_000);
+        assert!(patch.take_arrived().is_empty());
     }
 }

@@ -7,6 +7,7 @@
 //!                 bands   heat maps over time
 //!                 panels  series side by side, heat maps
 //!                 groups  groups of values beside each other
+//! presentation            how pictures came to the screen
 //! ```
 
 pub mod bands;
@@ -15,7 +16,9 @@ pub mod groups;
 pub mod html;
 mod machine;
 pub mod panels;
+mod presentation;
 pub mod times;
 
 pub use distribution::{Distribution, Quantiles};
 pub use machine::Machine;
+pub use presentation::PresentationSummary;

@@ -10,7 +10,7 @@ use crate::report::{Ratio, Report};
 use crate::{certainty, machines, misses, verdict, why};
 
 /// Names and labels of the rows, in the order of a tick. Other rows follow sorted by name.
-const ROWS: [(&str, &str); 10] = [
+const ROWS: [(&str, &str); 11] = [
     ("wake_latency_ns", "wake-up latency: begun − due"),
     ("period_ns", "period: begun − the one before"),
     ("tick_ns", "whole tick"),
@@ -18,6 +18,10 @@ const ROWS: [(&str, &str); 10] = [
     (
         "motion_to_force_ns",
         "motion to force: sample arrived → force written",
+    ),
+    (
+        "motion_to_tick_ns",
+        "  of it before the tick: the sample's wait, wake-up included",
     ),
     (
         "hand_to_force_ns",

@@ -9,6 +9,8 @@ use crate::misses::Missed;
 use crate::report::Report;
 use crate::timeline::Worst;
 
+/// Stages until the force has been written.
+const UNTIL_FORCE: core::ops::RangeTo<usize> = ..AFTER_FORCE.start;
 /// Stages after the force has been written.
 const AFTER_FORCE: core::ops::Range<usize> = 5..STAGES;
 /// Ticks whose number is a multiple of this publish a frame of 65 kB in their publish stage. In
@@ -23,6 +25,8 @@ pub struct Tally {
     tick: Distribution,
     stages: [Distribution; STAGES],
     motion_to_force: Distribution,
+    /// The part of motion to force before the tick: the sample's wait, wake-up latency included.
+    motion_to_tick: Distribution,
     /// From hand to force by the device's clock.
     hand_to_force: Distribution,
     /// That minus motion to force, of the same forces.
@@ -30,6 +34,9 @@ pub struct Tally {
     force_to_publish: Distribution,
     /// Age of a state when a display first reads it.
     pub publish_to_display: Distribution,
+    /// Time at the start of each session whose motions do not count, because the ticks still move
+    /// to the device's samples, ns.
+    pub settle_ns: u64,
     /// Ticks around the worst moments.
     pub black_box: BlackBox,
     /// Causes of late ticks by stage.
@@ -163,9 +170,14 @@ impl Tally {
         for (stage, &ns) in self.stages.iter_mut().zip(&tick.stage_ns) {
             stage.record(ns.into());
         }
-        if record.motion_to_force_ns > 0 {
+        let is_settled = tick.scheduled_ns.saturating_sub(start_ns) >= self.settle_ns;
+        if record.motion_to_force_ns > 0 && is_settled {
             self.motion_to_force
                 .record(record.motion_to_force_ns.into());
+            let work = tick.stage_ns.get(UNTIL_FORCE).unwrap_or_default();
+            let work_ns: u64 = work.iter().map(|&ns| u64::from(ns)).sum();
+            let before_ns = u64::from(record.motion_to_force_ns).saturating_sub(work_ns);
+            self.motion_to_tick.record(before_ns);
         }
         if record.hand_to_force_ns > 0 {
             self.hand_to_force.record(record.hand_to_force_ns.into());
@@ -219,6 +231,7 @@ impl Tally {
             put(&format!("stage_ns.{name}"), stage);
         }
         put("motion_to_force_ns", &self.motion_to_force);
+        put("motion_to_tick_ns", &self.motion_to_tick);
         put("hand_to_force_ns", &self.hand_to_force);
         put("hand_to_force_more_ns", &self.line_and_device);
         put("force_to_publish_ns", &self.force_to_publish);
@@ -286,6 +299,9 @@ mod tests {
             "no period spans a gap or two runs"
         );
         assert_eq!(count("motion_to_force_ns"), 9, "0: no fresh sample");
+        assert_eq!(count("motion_to_tick_ns"), 9);
+        let before = report.times["motion_to_tick_ns"].quantiles();
+        assert!(before.p50.abs_diff(9000 - 15) < 10, "{before:?}");
         assert_eq!(count("hand_to_force_ns"), 6, "0: no echo");
         assert_eq!(count("hand_to_force_more_ns"), 3, "of known ticks");
         let more = report.times["hand_to_force_more_ns"].quantiles();
@@ -298,6 +314,21 @@ mod tests {
         assert_eq!(report.counts["ticks"], 16);
         assert_eq!(report.counts["deadline_misses"], 2);
         assert_eq!(report.counts["timing_batches_lost"], 1);
+    }
+
+    #[test]
+    fn motions_count_once_the_ticks_have_settled() {
+        let mut report = sample();
+        let mut tally = Tally {
+            settle_ns: 5_000_000,
+            ..Tally::default()
+        };
+        // Ticks 0 to 3, then 4 to 7, of which the third each time has no motion.
+        tally.take(&batch(0, 0), &mut report);
+        tally.take(&batch(1, 4), &mut report);
+        tally.fill(&mut report);
+        assert_eq!(report.times["motion_to_force_ns"].count(), 2);
+        assert_eq!(report.times["wake_latency_ns"].count(), 8);
     }
 
     /// A day at one tick a second, with times as irregular as possible.

@@ -12,14 +12,17 @@
 //! 6 sight:    f32 angle between view and shaft, f32 turn about the shaft, rad
 //! 7 seen:     f32 side rad; f32 triangle; f32 lower bed; 16 × (u8 in view, u8 clear, u8 √size,
 //!             u8 off), shares × 255, organs in the scene's order
+//! 8 act:      u8 kind of the act, 3 f32 place m, then the remark in UTF-8
 //! ```
 //!
 //! All little-endian.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
-use shared_mem::message::{CapsuleMsg, DeviceHealth, EventMsg, PoseMsg, ToolFrame};
-use shared_mem::words::{CapsuleRole, Instrument, Switches};
+use shared_mem::message::{
+    ActMsg, CapsuleMsg, DeviceHealth, EventMsg, PoseMsg, REMARK_BYTES, ToolFrame,
+};
+use shared_mem::words::{ActKind, CapsuleRole, Instrument, Switches};
 
 use crate::identity::{ORGANS_MAX, OrganSeen, Seen};
 use crate::pack::Rest;
@@ -31,6 +34,7 @@ const RESET: u8 = 4;
 const START: u8 = 5;
 const SIGHT: u8 = 6;
 const SEEN: u8 = 7;
+const ACT: u8 = 8;
 /// Size of the longest entry, bytes.
 #[cfg(test)]
 const LONGEST_BYTES: usize = 17 + 3 * 28 + 2 * 12 + 4 + 5;
@@ -148,6 +152,8 @@ pub enum EntryContent {
     },
     /// The endoscope's picture was measured in an identity image.
     Seen(Seen),
+    /// An instructor acted.
+    Act(ActMsg),
     /// The organs were prepared for a task: 0 hang, 1 identify, 2 clamp, 3 cut, 4 disconnect.
     Start {
         /// The task's number.
@@ -176,6 +182,7 @@ impl Entry {
             EntryContent::Start { .. } => START,
             EntryContent::Sight { .. } => SIGHT,
             EntryContent::Seen(_) => SEEN,
+            EntryContent::Act(_) => ACT,
         };
         into.push(kind);
         into.extend(self.tick.to_le_bytes());
@@ -219,6 +226,11 @@ impl Entry {
                 for organ in &seen.organs {
                     into.extend(organ.0);
                 }
+            }
+            EntryContent::Act(act) => {
+                into.push(act.kind as u8);
+                into.extend(bytemuck::bytes_of(&act.at_m));
+                into.extend(act.text().unwrap_or_default().as_bytes());
             }
         }
     }
@@ -288,6 +300,20 @@ impl Entry {
                     organs,
                 };
                 EntryContent::Seen(Some(seen).filter(Seen::is_sane)?)
+            }
+            ACT => {
+                let [kind] = rest.take()?;
+                let at_m = bytemuck::cast(rest.take::<12>()?);
+                let text = core::mem::take(&mut rest.0);
+                let mut remark = [0; REMARK_BYTES];
+                remark.get_mut(..text.len())?.copy_from_slice(text);
+                let act = ActMsg {
+                    length: u32::try_from(text.len()).ok()?,
+                    at_m,
+                    remark,
+                    ..ActMsg::of(ActKind::try_from(u32::from(kind)).ok()?)
+                };
+                EntryContent::Act(Some(act).filter(ActMsg::is_sane)?)
             }
             _ => return None,
         };
@@ -386,6 +412,9 @@ mod tests {
                     organs: organs.map(OrganSeen),
                 })
             });
+        let acts = ("[a-zéध ]{0,40}", vector()).prop_map(|(text, at_m)| {
+            EntryContent::Act(ActMsg::remark(&text).unwrap_or_else(|| ActMsg::point(at_m)))
+        });
         prop_oneof![
             moved,
             event,
@@ -393,6 +422,7 @@ mod tests {
             start,
             sight,
             seen,
+            acts,
             Just(EntryContent::Reset)
         ]
     }

@@ -77,7 +77,7 @@ pub(crate) const INPUTS: Topic = packed(
              of the tools, u32 hash of spheres, [16 u8 of each organ's hash, else as in the tick before, first 0], [u8 command: \
              kind + 16 argument: 1 pause (1 on), 2 reset, 3 enable force (1 on), 4 instrument (0 \
              grasper, 1 hook, 2 scissors, 3 clip applier), 6 task (0 hang, 1 identify, 2 clamp, 3 \
-             cut, 4 disconnect)], [device: u32 age ns, \
+             cut, 4 disconnect), 9 complication (0 bleeding, 1 slipped clip)], [device: u32 age ns, \
              3 f32 m, 4 f32 x y z w, [3 f32 m/s], u16 number, u8 buttons, [f32 opening]], [tracker: u32 age ns, 3 f32 \
              m, 4 f32 x y z w], [pedal: u32 age ns]; times are u64 with long times. Little-endian.",
 );
@@ -98,7 +98,9 @@ pub(crate) const COURSE: Topic = packed(
              cystic duct and artery, rad, positive on the side of the port; f32 share of the triangle \
              and f32 share of the lower bed that are clear; for each of 16 organs, in the scene's order, \
              4 u8: share in view, share of this that nothing hides, root of its size, distance from the \
-             middle, each times 255. Little-endian.",
+             middle, each times 255. Kind 8, an act of the instructor: u8 what (0 point, 1 pause, 2 \
+             resume, 3 remark, 4 fog, 5 bleeding, 6 slipped clip), 3 f32 place at which the \
+             instructor points, m, the remark in UTF-8. Little-endian.",
 );
 
 /// Poses, `foxglove.FrameTransforms`.

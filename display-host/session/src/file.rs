@@ -8,7 +8,7 @@ use mcap::records::MessageHeader;
 use mcap::write::{NoSeek, Writer};
 use prost::Message;
 use shared_mem::inputs::InputBatch;
-use shared_mem::message::{CommandMsg, EventMsg, TimingBatch, ToolFrame};
+use shared_mem::message::{ActMsg, CommandMsg, EventMsg, TimingBatch, ToolFrame};
 use shared_mem::scene::{SceneFile, str_from_name};
 use shared_mem::words::EventKind;
 
@@ -311,6 +311,15 @@ impl SessionFile {
             at_ns: tools.at_ns,
             what: EntryContent::Seen(seen),
         })
+    }
+
+    /// Writes an act of an instructor, which took place at `at_ns`, about the tick of `tools`.
+    pub(crate) fn act(&mut self, act: &ActMsg, at_ns: u64, tools: &ToolFrame) -> Result<(), Error> {
+        let what = EntryContent::Act(*act);
+        let tick = tools.tick;
+        self.course(&Entry { tick, at_ns, what })?;
+        let line = viewer::act(act, self.wall_ns(at_ns));
+        self.message(self.channels.log, at_ns, &line)
     }
 
     /// Writes the tools' poses, for viewers. Skips a malformed frame.

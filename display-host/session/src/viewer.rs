@@ -4,8 +4,8 @@
 use foxglove::messages::{
     FrameTransform, FrameTransforms, Log, Pose, PoseInFrame, Quaternion, Timestamp, Vector3, log,
 };
-use shared_mem::message::{Event, EventMsg, PoseMsg, TickRecord, TimingBatch, ToolFrame};
-use shared_mem::words::{EventKind, Switches};
+use shared_mem::message::{ActMsg, Event, EventMsg, PoseMsg, TickRecord, TimingBatch, ToolFrame};
+use shared_mem::words::{ActKind, EventKind, Switches};
 
 use crate::course::Movement;
 use crate::proto;
@@ -126,6 +126,8 @@ pub(crate) fn line(event: &proto::Event, kind: Option<EventKind>, wall_ns: u64) 
             | EventKind::Crush
             | EventKind::Slip
             | EventKind::Shake
+            | EventKind::Opened
+            | EventKind::Unclipped
             | EventKind::Buried,
         ) => log::Level::Warning,
         _ => log::Level::Info,
@@ -138,6 +140,20 @@ pub(crate) fn line(event: &proto::Event, kind: Option<EventKind>, wall_ns: u64) 
         level: level.into(),
         message: format!("{} ({})", words.join(" "), event.value),
         name: "calot".to_owned(),
+        file: String::new(),
+        line: 0,
+    }
+}
+
+/// An act of an instructor as a line of the log: its name and, for a remark, the text.
+pub(crate) fn act(act: &ActMsg, wall_ns: u64) -> Log {
+    let kind = act.kind().map_or("unknown", ActKind::name);
+    let remark = act.text().unwrap_or_default();
+    Log {
+        timestamp: timestamp(wall_ns),
+        level: log::Level::Info.into(),
+        message: format!("{kind} {remark}").trim_end().to_owned(),
+        name: "instructor".to_owned(),
         file: String::new(),
         line: 0,
     }

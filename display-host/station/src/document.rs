@@ -68,6 +68,7 @@ documents! {
     IGTLINK = "igtlink", 1;
     LINK_SERVE = "link-serve", 1;
     LINK_WATCH = "link-watch", 1;
+    VIDEO_TRUTH = "video-truth", 1;
 }
 
 impl Document {

@@ -1,4 +1,5 @@
-//! `calot observe`: an instructor's window on a running station. It sends nothing to the station.
+//! `calot observe`: an instructor's window on a running station. It asks the station for acts, and
+//! the station decides.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -25,7 +26,9 @@ const LOOK_EVERY: Duration = Duration::from_millis(200);
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
 The window shows the trainee's picture, the score, steps, alarms and metrics of the task (also in an
-exam), and histograms of the tick. It cannot affect the station. Up to six displays may watch.
+exam), and histograms of the tick. Up to six displays may watch. In it you can point (a click on the
+picture), pause, fog the lens, start a bleeding, let a clip slip, and write a remark. The station
+records each act and tells the trainee. In an exam it takes remarks only.
 
 Examples:
   calot observe                          station 'main' of this computer, as soon as it runs
@@ -88,6 +91,7 @@ pub(crate) fn run(args: &ObserveArgs) -> Result<ExitCode, Problem> {
         task: None,
         pictures: None,
         instructor: true,
+        acts: None,
         replay: None,
         recording: None,
         patch: None,

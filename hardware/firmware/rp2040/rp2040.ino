@@ -10,7 +10,7 @@
 #include "calot_rig.h"
 
 /* YOURS: pins, and the constants of the mechanism. */
-static const uint8_t ENABLE_PIN = 6; /* with a pull-down: a board that resets must let go */
+static const uint8_t ENABLE_PIN = 6; /* with a pull-down: no force while the board resets */
 static const uint8_t PWM_PINS[3] = {7, 8, 9};
 static const uint8_t DIRECTION_PINS[3] = {10, 11, 12};
 static const float M_PER_COUNT[3] = {1e-5f, 1e-5f, 1e-5f};
@@ -19,12 +19,12 @@ static const bool MOTORS_ARE_READY = false; /* true once signs and constants are
 
 static const uint32_t PERIOD_US = 1000;
 static const float PWM_MAX = 4095.0f;
-static const uint32_t RESET_MS = 50; /* a loop that stands still for so long resets the board */
+static const uint32_t RESET_MS = 50; /* a loop that hangs for this time resets the board */
 
 static calot_rig rig;
 static uint32_t due_us; /* time of the next sample */
 
-/* YOURS: how the device describes itself. Measure these figures, do not guess them. */
+/* YOURS: the device's capabilities. Measure these values, do not guess them. */
 static calot_capabilities describe()
 {
     calot_capabilities can;
@@ -44,16 +44,16 @@ static calot_capabilities describe()
     return can;
 }
 
-/* YOURS: the count of one encoder, 0 in the middle of the workspace. The PIO counts one without
- * the processor's help: see quadrature_encoder in pico-examples. */
+/* YOURS: the count of one encoder, 0 in the middle of the workspace. The PIO counts without the
+ * processor: see quadrature_encoder in pico-examples. */
 static int32_t encoder(int axis)
 {
     (void)axis;
     return 0;
 }
 
-/* YOURS: the linkage. These three axes are linear and at right angles. An arm needs the position of
- * its end: x right, y up, z to the user. */
+/* YOURS: the linkage. These three axes are linear and at right angles. For an arm,
+ * compute the position of its end: x right, y up, z to the user. */
 static calot_motion measure()
 {
     calot_motion motion = calot_motion_zero();
@@ -62,8 +62,9 @@ static calot_motion measure()
     return motion;
 }
 
-/* YOURS: the motors. An arm needs the transpose of its Jacobian. A positive force moves the handle
- * to positive positions: check each axis with a spring balance before a hand holds the device. */
+/* YOURS: the motors. For an arm, multiply with the transpose of its Jacobian. A positive force
+ * moves the handle to positive positions: check each axis with a spring balance before a hand holds
+ * the device. */
 static void drive(const calot_force &force)
 {
     digitalWrite(ENABLE_PIN, MOTORS_ARE_READY && rig.streaming ? HIGH : LOW);
@@ -77,7 +78,7 @@ static void drive(const calot_force &force)
     }
 }
 
-/* Sends a frame whole or not at all, so that a host that does not read never stops the loop. */
+/* Sends a frame whole or not at all, so that the loop never waits for a host that does not read. */
 static void transmit(const uint8_t *frame, size_t n)
 {
     if (n > 0 && Serial.availableForWrite() >= (int)n) {

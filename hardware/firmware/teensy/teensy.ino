@@ -9,7 +9,7 @@
 #include "calot_rig.h"
 
 /* YOURS: pins, and the constants of the mechanism. */
-static const uint8_t ENABLE_PIN = 2; /* with a pull-down: a board that resets must let go */
+static const uint8_t ENABLE_PIN = 2; /* with a pull-down: no force while the board resets */
 static const uint8_t PWM_PINS[3] = {3, 4, 5};
 static const uint8_t DIRECTION_PINS[3] = {6, 7, 8};
 static const float M_PER_COUNT[3] = {1e-5f, 1e-5f, 1e-5f};
@@ -22,7 +22,7 @@ static const float PWM_MAX = 4095.0f;
 static calot_rig rig;
 static uint32_t due_us; /* time of the next sample */
 
-/* YOURS: how the device describes itself. Measure these figures, do not guess them. */
+/* YOURS: the device's capabilities. Measure these values, do not guess them. */
 static calot_capabilities describe()
 {
     calot_capabilities can;
@@ -43,15 +43,15 @@ static calot_capabilities describe()
 }
 
 /* YOURS: the count of one encoder, 0 in the middle of the workspace. The libraries QuadEncoder and
- * Encoder read one. */
+ * Encoder read encoders. */
 static int32_t encoder(int axis)
 {
     (void)axis;
     return 0;
 }
 
-/* YOURS: the linkage. These three axes are linear and at right angles. An arm needs the position of
- * its end: x right, y up, z to the user. */
+/* YOURS: the linkage. These three axes are linear and at right angles. For an arm,
+ * compute the position of its end: x right, y up, z to the user. */
 static calot_motion measure()
 {
     calot_motion motion = calot_motion_zero();
@@ -60,8 +60,9 @@ static calot_motion measure()
     return motion;
 }
 
-/* YOURS: the motors. An arm needs the transpose of its Jacobian. A positive force moves the handle
- * to positive positions: check each axis with a spring balance before a hand holds the device. */
+/* YOURS: the motors. For an arm, multiply with the transpose of its Jacobian. A positive force
+ * moves the handle to positive positions: check each axis with a spring balance before a hand holds
+ * the device. */
 static void drive(const calot_force &force)
 {
     digitalWrite(ENABLE_PIN, MOTORS_ARE_READY && rig.streaming ? HIGH : LOW);
@@ -75,7 +76,7 @@ static void drive(const calot_force &force)
     }
 }
 
-/* Sends a frame whole or not at all, so that a host that does not read never stops the loop. */
+/* Sends a frame whole or not at all, so that the loop never waits for a host that does not read. */
 static void transmit(const uint8_t *frame, size_t n)
 {
     if (n > 0 && Serial.availableForWrite() >= (int)n) {

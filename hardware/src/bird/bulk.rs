@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use super::transport::Transport;
 use crate::HardwareError;
-use crate::line::{Bytes, Read, Written, now_ns};
+use crate::line::{InputRing, Read, Written, now_ns};
 
 /// The two USB pipes of a device, one in each direction. Each call moves one packet.
 pub trait BulkPipe: Send {
@@ -24,12 +24,12 @@ pub trait BulkPipe: Send {
 /// Largest number of bytes of a packet.
 pub const PACKET_BYTES: usize = 64;
 /// Interval between two requests for a record. The unit measures at the same interval.
-const ASK_EVERY: Duration = Duration::from_millis(10);
+const REQUEST_INTERVAL: Duration = Duration::from_millis(10);
 /// Time without an answer after which a request is repeated. An earlier repetition would disturb
 /// the unit.
-const GIVE_UP: Duration = Duration::from_millis(100);
+const REPEAT_AFTER: Duration = Duration::from_millis(100);
 /// Longest wait for a packet before the next command is sent.
-const WAIT: Duration = Duration::from_millis(2);
+const PACKET_WAIT: Duration = Duration::from_millis(2);
 /// Largest number of commands queued for the thread.
 const ROOM: usize = 64;
 /// Longest command, bytes.
@@ -62,11 +62,11 @@ impl Command {
     }
 }
 
-/// A pipe and the thread that serves the pipe. Dropping a `Bulk` sends the queued commands and ends
-/// the thread.
+/// A device's pipes and the thread that serves them. Dropping a `Bulk` sends the queued commands
+/// and ends the thread.
 pub(super) struct Bulk {
     path: PathBuf,
-    heard: Arc<Bytes>,
+    input: Arc<InputRing>,
     commands: Option<SyncSender<Command>>,
     thread: Option<JoinHandle<()>>,
 }
@@ -83,14 +83,14 @@ impl Bulk {
     /// Starts the thread. `path` appears in messages only.
     pub(super) fn start(path: &Path, mut pipe: Box<dyn BulkPipe>) -> Result<Self, HardwareError> {
         let (commands, to_send) = sync_channel(ROOM);
-        let heard = Arc::new(Bytes::new());
-        let into = Arc::clone(&heard);
+        let input = Arc::new(InputRing::new());
+        let into = Arc::clone(&input);
         let thread = thread::Builder::new()
             .name("calot-bulk".to_owned())
             .stack_size(256 << 10)
             .spawn(move || {
                 let _ = serve(&mut *pipe, &to_send, &into);
-                into.lose();
+                into.mark_lost();
             })
             .map_err(|error| HardwareError::Line {
                 path: path.to_path_buf(),
@@ -99,7 +99,7 @@ impl Bulk {
             })?;
         Ok(Self {
             path: path.to_path_buf(),
-            heard,
+            input,
             commands: Some(commands),
             thread: Some(thread),
         })
@@ -119,11 +119,11 @@ impl Transport for Bulk {
     }
 
     fn is_lost(&self) -> bool {
-        self.heard.is_lost()
+        self.input.is_lost()
     }
 
     fn read(&mut self, buffer: &mut [u8]) -> Read {
-        self.heard.read(buffer)
+        self.input.read(buffer)
     }
 
     fn write(&mut self, bytes: &[u8]) -> Written {
@@ -149,9 +149,9 @@ impl Drop for Bulk {
 }
 
 /// Sends and receives until the pipe breaks or all senders are gone.
-fn serve(pipe: &mut dyn BulkPipe, to_send: &Receiver<Command>, into: &Bytes) -> io::Result<()> {
+fn serve(pipe: &mut dyn BulkPipe, to_send: &Receiver<Command>, into: &InputRing) -> io::Result<()> {
     let mut point: Option<Command> = None;
-    let mut asked: Option<Instant> = None;
+    let mut requested: Option<Instant> = None;
     let mut due = Instant::now();
     let mut packet = [0; PACKET_BYTES];
     loop {
@@ -166,15 +166,15 @@ fn serve(pipe: &mut dyn BulkPipe, to_send: &Receiver<Command>, into: &Bytes) -> 
             Err(TryRecvError::Empty) => {}
             Err(TryRecvError::Disconnected) => return Ok(()),
         }
-        let may_ask = asked.is_none_or(|asked| asked.elapsed() > GIVE_UP);
+        let may_ask = requested.is_none_or(|requested| requested.elapsed() > REPEAT_AFTER);
         if let Some(point) = point.filter(|_| may_ask && Instant::now() >= due) {
             pipe.write(point.as_bytes())?;
-            asked = Some(Instant::now());
-            due = (due + ASK_EVERY).max(Instant::now());
+            requested = Some(Instant::now());
+            due = (due + REQUEST_INTERVAL).max(Instant::now());
         }
-        let count = pipe.read(&mut packet, WAIT)?;
+        let count = pipe.read(&mut packet, PACKET_WAIT)?;
         if count > 0 {
-            asked = None;
+            requested = None;
             into.put(packet.get(..count).unwrap_or(&[]), now_ns());
         }
     }

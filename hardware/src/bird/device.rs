@@ -1,4 +1,4 @@
-//! The bird's side of the protocol, for the emulator.
+//! The bird's side of the protocol. The emulator uses it.
 
 use super::wire::{Hemisphere, Record, Scale, command, parameter, status};
 
@@ -11,9 +11,9 @@ pub struct Bird {
     scale: Scale,
     group: bool,
     /// Number of birds taken into the group.
-    counted: u8,
+    group_size: u8,
     error: u8,
-    command: Partial,
+    command: PartialCommand,
     /// Address of the bird that receives the next command.
     addressed: u8,
     birds: Vec<Sensor>,
@@ -31,7 +31,7 @@ struct Sensor {
 
 /// A command whose arguments are incomplete.
 #[derive(Debug, Clone, Copy, Default)]
-struct Partial {
+struct PartialCommand {
     code: u8,
     arguments: [u8; 3],
     have: usize,
@@ -50,8 +50,8 @@ impl Bird {
         Self::flock(&[pose])
     }
 
-    /// Reports the error `code` until the host reads the error. A bird with a broken part does the
-    /// same after power-up.
+    /// Makes the bird report the error `code` until the host reads it, as a bird with a broken part
+    /// does after power-up.
     #[cfg(test)]
     pub(crate) const fn fail(&mut self, code: u8) {
         self.error = code;
@@ -66,9 +66,9 @@ impl Bird {
             streaming: false,
             scale: Scale::default(),
             group: false,
-            counted: 1,
+            group_size: 1,
             error: 0,
-            command: Partial::default(),
+            command: PartialCommand::default(),
             addressed: 1,
             birds: poses
                 .iter()
@@ -83,7 +83,7 @@ impl Bird {
 
     /// Changes the ten-character model name.
     #[must_use]
-    pub fn called(self, model: [u8; 10]) -> Self {
+    pub fn with_model(self, model: [u8; 10]) -> Self {
         Self { model, ..self }
     }
 
@@ -132,22 +132,22 @@ impl Bird {
                     command::EXAMINE | command::CHANGE => 1,
                     _ => 0,
                 };
-                *command = Partial {
+                *command = PartialCommand {
                     code: byte,
                     need,
-                    ..Partial::default()
+                    ..PartialCommand::default()
                 };
             }
             if self.command.have == self.command.need {
-                self.obey(&mut answer);
-                self.command = Partial::default();
+                self.execute(&mut answer);
+                self.command = PartialCommand::default();
                 self.addressed = 1;
             }
         }
     }
 
-    fn obey(&mut self, answer: &mut impl FnMut(&[u8])) {
-        let Partial {
+    fn execute(&mut self, answer: &mut impl FnMut(&[u8])) {
+        let PartialCommand {
             code,
             arguments: [first, second, third],
             ..
@@ -179,7 +179,7 @@ impl Bird {
                     None => self.error = INVALID_COMMAND,
                 }
             }
-            command::CHANGE if first == parameter::AUTO_CONFIGURE => self.counted = second,
+            command::CHANGE if first == parameter::AUTO_CONFIGURE => self.group_size = second,
             command::CHANGE if first == parameter::GROUP_MODE => self.group = second == 1,
             _ => self.error = INVALID_COMMAND,
         }
@@ -222,7 +222,7 @@ impl Bird {
     fn record_of(&self, address: u8) -> Vec<u8> {
         let mut bytes = Vec::new();
         for (sensor, at) in self.birds.iter().zip(1..) {
-            if self.group && at <= self.counted {
+            if self.group && at <= self.group_size {
                 bytes.extend_from_slice(&sensor.record(self.scale));
                 bytes.push(at);
             } else if !self.group && at == address {
@@ -279,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn answers_who_it_is_and_how_it_is() {
+    fn the_bird_answers_its_name_and_its_status() {
         let mut bird = bird();
         assert_eq!(answers(&mut bird, b"O\x0F"), b"6DFOB     ");
         assert_eq!(answers(&mut bird, b"O\x00"), status::RUNNING.to_le_bytes());
@@ -294,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn point_ends_a_stream_and_else_asks_for_a_record() {
+    fn the_point_command_ends_a_stream_or_asks_for_a_record() {
         let mut bird = bird();
         assert_eq!(answers(&mut bird, b"@"), b"");
         assert!(bird.is_streaming());
@@ -305,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn the_wrong_hemisphere_mirrors() {
+    fn the_wrong_hemisphere_mirrors_positions() {
         let mut bird = bird();
         answers(&mut bird, b"]L\x0C\x00"); // selects the lower half, but z is negative
         let parse =
@@ -318,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn a_group_answers_with_every_bird_and_its_address() {
+    fn a_group_answers_with_a_record_and_the_address_of_every_bird() {
         let pose = |x| Record {
             position_m: [x, 0.0, 0.0],
             rotation: UnitQuaternion::identity(),

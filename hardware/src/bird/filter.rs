@@ -60,7 +60,7 @@ impl Filter {
         };
         let next = match self.last {
             Some(last) if self.rest_hz > 0.0 && at_ns.saturating_sub(last.at_ns) < GAP_NS => {
-                last.followed(raw, at_ns, self.rest_hz)
+                last.updated(raw, at_ns, self.rest_hz)
             }
             _ => fresh,
         };
@@ -73,22 +73,24 @@ impl Filter {
 }
 
 impl State {
-    fn followed(self, raw: (Vec3, UnitQuaternion<f32>), at_ns: TimeNs, rest_hz: f32) -> Self {
+    fn updated(self, raw: (Vec3, UnitQuaternion<f32>), at_ns: TimeNs, rest_hz: f32) -> Self {
         // Records that are read in one batch have equal times. The filter assumes 1 ms between
         // them.
         let dt_s = (at_ns.saturating_sub(self.at_ns) as f32 * 1e-9).max(1e-3);
         let turned = (self.raw.1.inverse() * raw.1).scaled_axis();
-        let of_speed = share(SPEED_HZ, dt_s);
+        let speed_weight = low_pass_weight(SPEED_HZ, dt_s);
         let velocity_m_s =
-            self.velocity_m_s + ((raw.0 - self.raw.0) / dt_s - self.velocity_m_s) * of_speed;
-        let turning_rad_s = self.turning_rad_s + (turned / dt_s - self.turning_rad_s) * of_speed;
-        let of_place = share(rest_hz + HZ_PER_M_S * velocity_m_s.norm(), dt_s);
-        let of_turn = share(rest_hz + HZ_PER_RAD_S * turning_rad_s.norm(), dt_s);
+            self.velocity_m_s + ((raw.0 - self.raw.0) / dt_s - self.velocity_m_s) * speed_weight;
+        let turning_rad_s =
+            self.turning_rad_s + (turned / dt_s - self.turning_rad_s) * speed_weight;
+        let position_weight = low_pass_weight(rest_hz + HZ_PER_M_S * velocity_m_s.norm(), dt_s);
+        let rotation_weight = low_pass_weight(rest_hz + HZ_PER_RAD_S * turning_rad_s.norm(), dt_s);
         let off = (self.rotation.inverse() * raw.1).scaled_axis();
         Self {
-            position_m: self.position_m + (raw.0 - self.position_m) * of_place,
+            position_m: self.position_m + (raw.0 - self.position_m) * position_weight,
             rotation: UnitQuaternion::new_normalize(
-                (self.rotation * UnitQuaternion::from_scaled_axis(off * of_turn)).into_inner(),
+                (self.rotation * UnitQuaternion::from_scaled_axis(off * rotation_weight))
+                    .into_inner(),
             ),
             raw,
             velocity_m_s,
@@ -99,7 +101,7 @@ impl State {
 }
 
 /// Weight of the new value in a low pass of this corner frequency, `dt_s` after the previous value.
-fn share(corner_hz: f32, dt_s: f32) -> f32 {
+fn low_pass_weight(corner_hz: f32, dt_s: f32) -> f32 {
     let turns = std::f32::consts::TAU * corner_hz * dt_s;
     turns / (1.0 + turns)
 }
@@ -138,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn a_moving_endoscope_is_hardly_behind() {
+    fn a_moving_endoscope_has_little_delay() {
         let mut filter = Filter::new(REST_HZ);
         let (speed_m_s, turning_rad_s) = (0.1, 1.0);
         let mut behind = (0.0, 0.0);
@@ -152,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn filter_rests_where_the_sensor_does_and_begins_anew_after_a_gap() {
+    fn the_filter_converges_to_a_resting_sensor_and_restarts_after_a_gap() {
         let mut filter = Filter::new(REST_HZ);
         let mut out = at(0.0, 0.0);
         for step in 0..300u64 {
@@ -167,7 +169,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn filtered_place_lies_among_those_that_came(
+        fn the_filtered_place_lies_among_the_measured_ones(
             xs in prop::collection::vec((-0.9..0.9f32, -3.0..3.0f32, 0u64..40_000_000), 1..200),
         ) {
             let mut filter = Filter::new(REST_HZ);

@@ -20,15 +20,15 @@ use crate::line::{Line, Read, Written};
 pub(crate) const BAUD: u32 = 115_200;
 /// Longest wait for an answer. A bird answers within milliseconds, but later while it wakes up or
 /// resets.
-const ANSWER: Duration = Duration::from_millis(500);
+const ANSWER_TIMEOUT: Duration = Duration::from_millis(500);
 /// Attempts per question. The first attempts may fail because bytes of an old stream precede the
 /// answer.
 const TRIES: u32 = 4;
 /// Silence on the line after which a stopped stream counts as ended.
-const QUIET: Duration = Duration::from_millis(30);
-/// Factor by which each failed attempt prolongs that silence. An emulated bird on a busy computer
-/// answers late, so an old answer may arrive before the new one.
-const QUIETER: u32 = 4;
+const SILENCE: Duration = Duration::from_millis(30);
+/// Factor by which each failed attempt prolongs that silence. On a busy computer an emulated bird
+/// answers late, and an old answer may arrive before the new one.
+const SILENCE_FACTOR: u32 = 4;
 /// Largest number of bytes that one poll reads: 36 records.
 const BYTES_PER_POLL: usize = 512;
 /// Fastest plausible movement of an endoscope, m/s.
@@ -41,7 +41,7 @@ const FORGET_NS: u64 = 500_000_000;
 const FATAL: [u8; 12] = [1, 2, 15, 16, 20, 21, 22, 23, 24, 25, 26, 27];
 
 /// Pause that the birds need before and after the command that configures a group.
-const CONFIGURED: Duration = Duration::from_millis(600);
+const CONFIGURE_PAUSE: Duration = Duration::from_millis(600);
 /// Largest number of birds of a group.
 const BIRDS_MAX: u8 = 14;
 
@@ -86,8 +86,8 @@ pub struct BirdTracker {
 }
 
 impl BirdTracker {
-    /// Opens a serial line, identifies the bird and starts the stream. This takes about 1 s, for a
-    /// group 2 s more, so the tick must not call it.
+    /// Opens a serial line, identifies the bird and starts the stream. This takes about 1 s, and 2
+    /// s more for a group, so the tick must not call it.
     pub fn open(path: &Path, setup: BirdSetup) -> Result<Self, HardwareError> {
         Self::start(Box::new(Line::open(path, BAUD)?), setup)
     }
@@ -124,41 +124,41 @@ impl BirdTracker {
         bird.identify()?;
         bird.check_errors()?;
         if bird.is_group() || bird.line.is_addressed() {
-            thread::sleep(CONFIGURED);
-            bird.tell(&[command::CHANGE, parameter::AUTO_CONFIGURE, birds])?;
-            thread::sleep(CONFIGURED);
+            thread::sleep(CONFIGURE_PAUSE);
+            bird.send(&[command::CHANGE, parameter::AUTO_CONFIGURE, birds])?;
+            thread::sleep(CONFIGURE_PAUSE);
         }
         let [low, high] = setup.scale.bytes();
-        bird.tell(&[command::CHANGE, parameter::SCALING, low, high])?;
+        bird.send(&[command::CHANGE, parameter::SCALING, low, high])?;
         let [low_now, high_now] = bird.ask(parameter::SCALING)?;
         if [low_now, high_now] != [low, high] {
-            return Err(bird.wrong(format!(
+            return Err(bird.wrong_device(format!(
                 "scale code {low_now}, which cannot be changed to {low}"
             )));
         }
         let [axis, sign] = setup.hemisphere.bytes();
-        bird.tell_bird(setup.bird, &[command::HEMISPHERE, axis, sign])?;
+        bird.send_to(setup.bird, &[command::HEMISPHERE, axis, sign])?;
         if bird.is_group() {
             // All birds must send records of equal length.
             for address in 1..=birds {
-                bird.tell_bird(address, &[command::POSITION_QUATERNION])?;
+                bird.send_to(address, &[command::POSITION_QUATERNION])?;
             }
-            bird.tell(&[command::CHANGE, parameter::GROUP_MODE, 1])?;
+            bird.send(&[command::CHANGE, parameter::GROUP_MODE, 1])?;
             bird.reader = RecordReader::of_group();
         } else {
             // An earlier host may have left the bird in group mode, in which each record ends with
             // an address.
-            bird.tell(&[command::CHANGE, parameter::GROUP_MODE, 0])?;
-            bird.tell_bird(setup.bird, &[command::POSITION_QUATERNION])?;
+            bird.send(&[command::CHANGE, parameter::GROUP_MODE, 0])?;
+            bird.send_to(setup.bird, &[command::POSITION_QUATERNION])?;
         }
-        bird.drain(QUIET)?;
+        bird.drain(SILENCE)?;
         let point = [command::TO_BIRD | setup.bird, command::POINT];
         let begun = if bird.is_group() {
             bird.line.begin(&[command::POINT])
         } else {
             bird.line.begin(&point)
         };
-        bird.all(begun)?;
+        bird.check_written(begun)?;
         Ok(bird)
     }
 
@@ -187,11 +187,11 @@ impl BirdTracker {
     fn identify(&mut self) -> Result<(), HardwareError> {
         // `POINT` ends a stream that an earlier host left on. A bird that does not stream answers
         // `POINT` with one record.
-        self.tell(&[command::RUN])?;
-        self.tell(&[command::POINT])?;
+        self.send(&[command::RUN])?;
+        self.send(&[command::POINT])?;
         let model: [u8; 10] = self.ask(parameter::MODEL)?;
         if model.starts_with(EXTENDED_RANGE) {
-            return Err(self.wrong(
+            return Err(self.wrong_device(
                 "an extended-range controller, whose positions have another scale (144 in): connect a \
                  standard transmitter"
                     .into(),
@@ -200,7 +200,7 @@ impl BirdTracker {
         if model.iter().all(|byte| (0x20..0x7F).contains(byte)) {
             Ok(())
         } else {
-            Err(self.wrong(format!("something that calls itself {model:02X?}")))
+            Err(self.wrong_device(format!("something that calls itself {model:02X?}")))
         }
     }
 
@@ -219,7 +219,7 @@ impl BirdTracker {
         Ok(())
     }
 
-    fn wrong(&self, found: String) -> HardwareError {
+    fn wrong_device(&self, found: String) -> HardwareError {
         HardwareError::WrongDevice {
             path: self.path().to_path_buf(),
             expected: NAME,
@@ -228,24 +228,24 @@ impl BirdTracker {
     }
 
     /// Sends a command to one bird, with the bird's address in a group and on the USB.
-    fn tell_bird(&mut self, address: u8, bytes: &[u8]) -> Result<(), HardwareError> {
+    fn send_to(&mut self, address: u8, bytes: &[u8]) -> Result<(), HardwareError> {
         if !self.is_group() && !self.line.is_addressed() {
-            return self.tell(bytes);
+            return self.send(bytes);
         }
         let mut addressed = [0; 4];
         let address = [command::TO_BIRD | address];
         for (slot, &byte) in addressed.iter_mut().zip(address.iter().chain(bytes)) {
             *slot = byte;
         }
-        self.tell(addressed.get(..=bytes.len()).unwrap_or(&addressed))
+        self.send(addressed.get(..=bytes.len()).unwrap_or(&addressed))
     }
 
-    fn tell(&mut self, bytes: &[u8]) -> Result<(), HardwareError> {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), HardwareError> {
         let written = self.line.write(bytes);
-        self.all(written)
+        self.check_written(written)
     }
 
-    fn all(&self, written: Written) -> Result<(), HardwareError> {
+    fn check_written(&self, written: Written) -> Result<(), HardwareError> {
         match written {
             Written::All => Ok(()),
             Written::Part(_) | Written::Nothing => Err(HardwareError::Line {
@@ -260,31 +260,31 @@ impl BirdTracker {
     /// come.
     fn ask<const N: usize>(&mut self, parameter: u8) -> Result<[u8; N], HardwareError> {
         let began = Instant::now();
-        let (mut heard, mut quiet) = (0, QUIET);
+        let (mut heard, mut silence) = (0, SILENCE);
         for _ in 0..TRIES {
-            heard += self.drain(quiet)?;
-            self.tell(&[command::EXAMINE, parameter])?;
+            heard += self.drain(silence)?;
+            self.send(&[command::EXAMINE, parameter])?;
             let mut answer = [0; N];
             let mut have = 0;
             let asked = Instant::now();
-            while have < N && asked.elapsed() < ANSWER {
+            while have < N && asked.elapsed() < ANSWER_TIMEOUT {
                 match self.line.read(answer.get_mut(have..).unwrap_or(&mut [])) {
                     Read::Bytes(count, _) => have += count,
                     Read::Empty => thread::sleep(Duration::from_millis(1)),
-                    Read::Lost => return Err(self.vanished()),
+                    Read::Lost => return Err(self.missing()),
                 }
             }
             heard += have as u64;
-            let rest = self.drain(quiet)?;
+            let rest = self.drain(silence)?;
             heard += rest;
             if have == N && rest == 0 {
                 return Ok(answer);
             }
             if rest > 0 {
                 // Bytes after the answer mean that a stream is still on.
-                self.tell(&[command::POINT])?;
+                self.send(&[command::POINT])?;
             }
-            quiet = ANSWER.min(quiet * QUIETER);
+            silence = ANSWER_TIMEOUT.min(silence * SILENCE_FACTOR);
         }
         Err(HardwareError::Silent {
             path: self.path().to_path_buf(),
@@ -294,27 +294,27 @@ impl BirdTracker {
         })
     }
 
-    /// Discards input until the line has been silent for `quiet`, but for no longer than `quiet`
-    /// and half a second. Returns the number of bytes discarded.
-    fn drain(&mut self, quiet: Duration) -> Result<u64, HardwareError> {
+    /// Discards input until the line has been silent for `silence`. Gives up after `silence` plus
+    /// half a second. Returns the number of bytes discarded.
+    fn drain(&mut self, silence: Duration) -> Result<u64, HardwareError> {
         let start = Instant::now();
         let mut last = start;
         let mut dropped = 0;
         let mut bytes = [0; BYTES_PER_POLL];
-        while last.elapsed() < quiet && start.elapsed() < ANSWER + quiet {
+        while last.elapsed() < silence && start.elapsed() < ANSWER_TIMEOUT + silence {
             match self.line.read(&mut bytes) {
                 Read::Bytes(count, _) => {
                     dropped += count as u64;
                     last = Instant::now();
                 }
                 Read::Empty => thread::sleep(Duration::from_millis(1)),
-                Read::Lost => return Err(self.vanished()),
+                Read::Lost => return Err(self.missing()),
             }
         }
         Ok(dropped)
     }
 
-    fn vanished(&self) -> HardwareError {
+    fn missing(&self) -> HardwareError {
         HardwareError::Missing {
             path: self.path().to_path_buf(),
         }
@@ -418,13 +418,13 @@ mod tests {
 
     /// An emulated bird with delayed answers.
     #[derive(Debug)]
-    struct Late {
+    struct DelayedBird {
         bird: Bird,
         by: Duration,
         answers: VecDeque<(Instant, Vec<u8>)>,
     }
 
-    impl Transport for Late {
+    impl Transport for DelayedBird {
         fn path(&self) -> &Path {
             Path::new("late")
         }
@@ -469,7 +469,7 @@ mod tests {
     #[test]
     fn a_bird_that_answers_late_is_found_and_a_silent_one_is_not() {
         let start = |by_ms: u64| {
-            let late = Late {
+            let late = DelayedBird {
                 bird: Bird::new(at(0.3)),
                 by: Duration::from_millis(by_ms),
                 answers: VecDeque::new(),
@@ -491,7 +491,7 @@ mod tests {
     fn a_bird_that_reports_a_broken_part_is_refused_with_its_code() {
         let mut bird = Bird::new(at(0.3));
         bird.fail(FATAL[0]);
-        let broken = Late {
+        let broken = DelayedBird {
             bird,
             by: Duration::ZERO,
             answers: VecDeque::new(),
@@ -503,7 +503,7 @@ mod tests {
     }
 
     #[test]
-    fn one_wild_record_is_held_back_and_a_real_move_is_followed() {
+    fn one_implausible_record_is_dropped_and_a_real_movement_is_followed() {
         let mut gate = Gate::default();
         let ms = |ms: u64| ms * 1_000_000;
         assert!(gate.admit(&at(0.1), ms(0)));

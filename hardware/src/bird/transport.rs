@@ -19,7 +19,8 @@ pub(super) trait Transport: fmt::Debug + Send {
     fn write(&mut self, bytes: &[u8]) -> Written;
     /// Starts the flow of records; `point` is the command for one record.
     fn begin(&mut self, point: &[u8]) -> Written;
-    /// True if even a single bird needs a configured group, and its address before each command.
+    /// True if even a single bird must be configured as a group and needs its address before each
+    /// command.
     fn is_addressed(&self) -> bool;
 }
 

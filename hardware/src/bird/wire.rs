@@ -287,14 +287,14 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn words_travel_as_in_the_laserbird_manual() {
+    fn words_have_the_bytes_of_the_laserbird_manual() {
         let bytes = pack(&[0x1122, 0x3344, 0x5566, 0, 0, 0, 0]);
         assert_eq!(bytes[..6], [0xC8, 0x08, 0x51, 0x19, 0x59, 0x2A]);
         assert_eq!(words(&bytes)[..3], [0x1120, 0x3344, 0x5564]);
     }
 
     #[test]
-    fn a_position_in_inches_is_its_known_record() {
+    fn a_position_in_inches_has_its_known_record() {
         let bytes = [
             0xE3, 0x11, 0x0E, 0x77, 0x39, 0x04, 0x7F, 0x3F, 0, 0, 0, 0, 0, 0,
         ];
@@ -307,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn hemispheres_are_their_bytes() {
+    fn hemispheres_have_their_documented_bytes() {
         for hemisphere in Hemisphere::ALL {
             assert_eq!(Hemisphere::from_bytes(hemisphere.bytes()), Some(hemisphere));
         }
@@ -353,7 +353,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn records_come_back_within_a_step(
+        fn records_are_read_as_sent_within_a_step(
             position_m in prop::array::uniform3(-0.9..0.9f32),
             turn in prop::array::uniform3(-3.0..3.0f32),
             scale in prop::sample::select(vec![Scale::Inches36, Scale::Inches72]),

@@ -51,9 +51,9 @@ pub struct Axis {
     pub rms_m: f64,
     /// Friction over speed: pairs of speed, m/s, and force, N.
     pub friction_curve: Vec<[f64; 2]>,
-    /// A slow and a fast part of a chirp.
+    /// Responses to a slow and a fast part of a chirp.
     pub chirp: [Trace; 2],
-    /// A handle that runs out after a push.
+    /// Run-out of the handle after a push.
     pub run_out: Trace,
 }
 
@@ -63,16 +63,15 @@ impl Axis {
     pub fn tremor_damping_n_s_m(&self) -> Estimate {
         let share = 4.0 / (std::f64::consts::PI * TREMOR_M_S);
         let (viscous, dry) = (self.damping_n_s_m, self.friction_n);
-        // An error in one of them changes the other in the opposite direction, so this bound is
-        // generous.
+        // The errors of the two are correlated negatively, so this sum overestimates the error.
         Estimate {
             value: viscous.value + share * dry.value,
             error: viscous.error.hypot(share * dry.error),
         }
     }
 
-    /// Comparison of both frictions, in words, if the handle sticks.
-    pub(super) fn sticks(&self, name: &str) -> Option<String> {
+    /// Sentence that compares both frictions, if the handle sticks.
+    pub(super) fn sticking_verdict(&self, name: &str) -> Option<String> {
         let (breaks, runs) = (self.break_away_n.value, self.friction_n.value);
         (breaks > STICKS * runs + 0.02).then(|| {
             format!(

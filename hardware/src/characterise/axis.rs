@@ -3,28 +3,29 @@
 use super::along::Axis;
 use super::analyse::{Repetition, axis_of};
 use super::bench::{Bench, Vector};
-use super::excite::{Rough, chirp, is_movable, push};
-use super::friction::{Broken, break_away};
+use super::excite::{RoughEstimate, chirp, is_movable, push};
+use super::friction::{BreakAway, break_away};
 use super::halt::Halt;
 use super::hold::Hold;
 
 /// Records of one axis.
 #[derive(Debug, Clone)]
 pub(super) struct Recorded {
-    rough: Rough,
-    broken: Vec<[Broken; 2]>,
+    rough: RoughEstimate,
+    break_aways: Vec<[BreakAway; 2]>,
     pub(super) repetitions: Vec<Repetition>,
 }
 
 impl Recorded {
     /// Fits the model.
     pub(super) fn fitted(&self) -> Result<Axis, String> {
-        let axis = axis_of(&self.rough, &self.broken, &self.repetitions);
+        let axis = axis_of(&self.rough, &self.break_aways, &self.repetitions);
         axis.ok_or_else(|| "the handle moved too little for a fit".to_owned())
     }
 }
 
-/// All experiments along one axis. A text gives the reason for which nothing can be measured.
+/// Runs all experiments along one axis. The inner error is the reason for which the axis cannot be
+/// measured.
 pub(super) fn one_axis(
     bench: &mut Bench<'_>,
     hold: &mut Hold,
@@ -32,7 +33,7 @@ pub(super) fn one_axis(
     (axis, begin_n): (usize, f64),
     repetitions: u32,
 ) -> Result<Result<Recorded, String>, Halt> {
-    let mut broken = Vec::new();
+    let mut break_aways = Vec::new();
     for _ in 0..repetitions.max(2) {
         let Some(pair) = both_ways(bench, hold, goal_m, axis, begin_n)? else {
             return Ok(Err(format!(
@@ -40,11 +41,11 @@ pub(super) fn one_axis(
                 bench.limits().of(axis)
             )));
         };
-        broken.push(pair);
+        break_aways.push(pair);
     }
-    let rough = rough_of(&broken);
-    let middle_n = mean(&broken, |[up, down]| 0.5 * (up.force_n + down.force_n));
-    hold.know(axis, middle_n);
+    let rough = rough_estimate(&break_aways);
+    let middle_n = mean(&break_aways, |[up, down]| 0.5 * (up.force_n + down.force_n));
+    hold.set_holding(axis, middle_n);
     if !is_movable(bench, hold, axis, &rough) {
         return Ok(Err(format!(
             "weight and friction leave too little of {:.2} N to move the handle well: allow more with --force",
@@ -65,7 +66,7 @@ pub(super) fn one_axis(
     }
     Ok(Ok(Recorded {
         rough,
-        broken,
+        break_aways,
         repetitions: records,
     }))
 }
@@ -77,7 +78,7 @@ pub(super) fn both_ways(
     goal_m: Vector,
     axis: usize,
     begin_n: f64,
-) -> Result<Option<[Broken; 2]>, Halt> {
+) -> Result<Option<[BreakAway; 2]>, Halt> {
     let mut pair = [None; 2];
     for (found, sign) in pair.iter_mut().zip([1.0, -1.0]) {
         *found = break_away(bench, hold, axis, sign, begin_n)?;
@@ -89,13 +90,13 @@ pub(super) fn both_ways(
     })
 }
 
-fn rough_of(broken: &[[Broken; 2]]) -> Rough {
-    Rough {
-        mass_kg: mean(broken, |[up, down]| 0.5 * (up.mass_kg + down.mass_kg)),
-        friction_n: mean(broken, |[up, down]| 0.5 * (up.force_n - down.force_n)).max(0.0),
+fn rough_estimate(break_aways: &[[BreakAway; 2]]) -> RoughEstimate {
+    RoughEstimate {
+        mass_kg: mean(break_aways, |[up, down]| 0.5 * (up.mass_kg + down.mass_kg)),
+        friction_n: mean(break_aways, |[up, down]| 0.5 * (up.force_n - down.force_n)).max(0.0),
     }
 }
 
-fn mean(broken: &[[Broken; 2]], of: fn(&[Broken; 2]) -> f64) -> f64 {
-    broken.iter().map(of).sum::<f64>() / broken.len().max(1) as f64
+fn mean(break_aways: &[[BreakAway; 2]], of: fn(&[BreakAway; 2]) -> f64) -> f64 {
+    break_aways.iter().map(of).sum::<f64>() / break_aways.len().max(1) as f64
 }

@@ -8,7 +8,7 @@ use rt_core::port::{ForceCommand, HapticDevice, Polled};
 use rt_core::time::TimeNs;
 
 use super::guard::{Guard, of_handle};
-pub(super) use super::guard::{Now, OPENING, Vector};
+pub(super) use super::guard::{HandleState, OPENING, Vector};
 use super::halt::Halt;
 use super::limits::{Limits, slewed_n};
 
@@ -34,7 +34,7 @@ const SPEED_S: f64 = 0.008;
 
 /// Record of a tick.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Step {
+pub(super) struct TickRecord {
     /// Time at which the force was sent, and the new sample, if any, was taken, s.
     pub(super) at_s: f64,
     /// Force sent, N.
@@ -52,14 +52,14 @@ pub(super) struct Bench<'a> {
     guard: Guard,
     start_ns: TimeNs,
     now_ns: TimeNs,
-    now: Now,
+    now: HandleState,
     is_fresh: bool,
     sampled_s: f64,
     /// Polls since the last sample.
-    quiet: u32,
+    empty_polls: u32,
     last_n: Vector,
     past: VecDeque<(f64, Vector)>,
-    record: Vec<Step>,
+    record: Vec<TickRecord>,
 }
 
 impl<'a> Bench<'a> {
@@ -77,10 +77,10 @@ impl<'a> Bench<'a> {
             guard: Guard::new(&can),
             start_ns: 0,
             now_ns: 0,
-            now: Now::start(),
+            now: HandleState::start(),
             is_fresh: false,
             sampled_s: 0.0,
-            quiet: 0,
+            empty_polls: 0,
             last_n: Vector::zeros(),
             past: VecDeque::new(),
             record: Vec::new(),
@@ -123,18 +123,19 @@ impl<'a> Bench<'a> {
     }
 
     /// State of the handle now.
-    pub(super) const fn now(&self) -> Now {
+    pub(super) const fn now(&self) -> HandleState {
         self.now
     }
 
-    /// Sets the leash: the measurement ends if the handle goes farther than `reach_m` from `at_m`.
-    pub(super) const fn leash(&mut self, at_m: Vector, reach_m: f64) {
-        self.guard.leash = Some((at_m, reach_m));
+    /// Sets an excursion limit: the measurement ends if the handle goes farther than `reach_m` from
+    /// `at_m`.
+    pub(super) const fn limit_excursion(&mut self, at_m: Vector, reach_m: f64) {
+        self.guard.excursion_limit = Some((at_m, reach_m));
     }
 
-    /// Removes the leash.
-    pub(super) const fn unleash(&mut self) {
-        self.guard.leash = None;
+    /// Removes the excursion limit.
+    pub(super) const fn clear_excursion_limit(&mut self) {
+        self.guard.excursion_limit = None;
     }
 
     /// Starts a new record.
@@ -143,12 +144,12 @@ impl<'a> Bench<'a> {
     }
 
     /// The record since it was started.
-    pub(super) fn take_record(&mut self) -> Vec<Step> {
+    pub(super) fn take_record(&mut self) -> Vec<TickRecord> {
         std::mem::take(&mut self.record)
     }
 
     /// Sends a force, reduced to the limits, and waits for the next millisecond and its sample.
-    pub(super) fn tick(&mut self, force_n: Vector) -> Result<Now, Halt> {
+    pub(super) fn tick(&mut self, force_n: Vector) -> Result<HandleState, Halt> {
         let is_stale = self.now.at_s - self.sampled_s > STALE_S;
         let wanted_n = if is_stale || !force_n.norm().is_finite() {
             Vector::zeros()
@@ -157,7 +158,7 @@ impl<'a> Bench<'a> {
         };
         let sent_n = slewed_n(&self.last_n, &wanted_n);
         self.send(sent_n);
-        self.record.push(Step {
+        self.record.push(TickRecord {
             at_s: self.now.at_s,
             force_n: sent_n,
             at_m: self.is_fresh.then_some(self.now.at_m),
@@ -203,17 +204,17 @@ impl<'a> Bench<'a> {
             Polled::Fresh(sample) => {
                 self.is_fresh = true;
                 self.sampled_s = self.now.at_s;
-                self.quiet = 0;
+                self.empty_polls = 0;
                 let at_m = sample.device_from_handle.translation.vector;
                 let half_m = self.guard.opening_m.unwrap_or(0.0);
                 let opening = f64::from(sample.opening.unwrap_or(0.5));
                 self.now.at_m = at_m.cast().push((2.0 * opening - 1.0) * half_m);
                 self.measure_speed();
             }
-            Polled::Nothing => self.quiet += 1,
+            Polled::Nothing => self.empty_polls += 1,
         }
         let silent_s = self.now.at_s - self.sampled_s;
-        if silent_s > patience_s && self.quiet > QUIET_POLLS {
+        if silent_s > patience_s && self.empty_polls > QUIET_POLLS {
             return Err(Halt::Silent {
                 waited_ms: silent_s * 1e3,
                 allowed_ms: patience_s * 1e3,
@@ -231,7 +232,7 @@ impl<'a> Bench<'a> {
     }
 
     fn measure_speed(&mut self) {
-        let Now { at_s, at_m, .. } = self.now;
+        let HandleState { at_s, at_m, .. } = self.now;
         self.past.push_back((at_s, at_m));
         let is_old = |then: Option<&(f64, Vector)>| then.is_some_and(|it| at_s - it.0 >= SPEED_S);
         while is_old(self.past.get(1)) {

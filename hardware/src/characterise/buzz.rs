@@ -3,19 +3,19 @@
 
 use std::collections::VecDeque;
 
-/// Smallest swing that counts, m: five encoder steps of a Touch. `evaluate haptics` calls a contact
-/// still up to the same swing.
+/// Smallest swing that counts, m: five encoder steps of a Touch. In `evaluate haptics` a contact
+/// counts as still up to the same swing.
 pub const SWING_M: f64 = 0.275e-3;
 /// Number of consecutive swings that make a buzz, if they all happen within `WITHIN_S`.
 const SWINGS: usize = 6;
-/// Longest time from the end of the first of these swings, s: the other five in this time are 10
-/// Hz. A tremor has 8 to 12 Hz, but swings by less than `SWING_M`. A person who moves the handle on
-/// purpose stays below 5 Hz.
+/// Longest time from the end of the first of these swings, s. The other five swings in this time
+/// have 10 Hz. A tremor has 8 to 12 Hz, but its swings are smaller than `SWING_M`. Deliberate
+/// movements stay below 5 Hz.
 const WITHIN_S: f64 = 0.25;
 
-/// Ratio of the last two swings to the first two below which the movement dies away. Such a
-/// movement is the ringing of an impact, and the wall may be still afterwards.
-const DIES: f64 = 0.97;
+/// Ratio of the last two swings to the first two below which the movement counts as decaying. It is
+/// then the ringing of an impact, and the wall may be still afterwards.
+const DECAY_RATIO: f64 = 0.97;
 /// Time after which quick swings count as a buzz even if they die away, s.
 const LASTS_S: f64 = 0.5;
 
@@ -28,7 +28,7 @@ pub(super) struct Buzz {
     direction: f64,
     /// Times, s, and sizes, m, of the last swings.
     swings: VecDeque<(f64, f64)>,
-    turned_m: f64,
+    turning_point_m: f64,
     /// Time since which the swings are quick, s.
     quick_since_s: Option<f64>,
 }
@@ -37,7 +37,7 @@ impl Buzz {
     /// Takes a position. Returns true if the handle buzzes.
     pub(super) fn add(&mut self, at_s: f64, at_m: f64) -> bool {
         let Some(extreme_m) = self.extreme_m else {
-            (self.extreme_m, self.turned_m) = (Some(at_m), at_m);
+            (self.extreme_m, self.turning_point_m) = (Some(at_m), at_m);
             return false;
         };
         if self.direction == 0.0 {
@@ -51,11 +51,11 @@ impl Buzz {
             self.extreme_m = Some(at_m);
         } else if (extreme_m - at_m).abs() >= SWING_M {
             self.swings
-                .push_back((at_s, (extreme_m - self.turned_m).abs()));
+                .push_back((at_s, (extreme_m - self.turning_point_m).abs()));
             if self.swings.len() > SWINGS {
                 self.swings.pop_front();
             }
-            (self.turned_m, self.direction) = (extreme_m, -self.direction);
+            (self.turning_point_m, self.direction) = (extreme_m, -self.direction);
             self.extreme_m = Some(at_m);
         }
         self.is_buzz(at_s)
@@ -71,7 +71,7 @@ impl Buzz {
             return false;
         }
         let since_s = *self.quick_since_s.get_or_insert(at_s);
-        let grows = size(SWINGS - 1) + size(SWINGS - 2) >= DIES * (size(0) + size(1));
+        let grows = size(SWINGS - 1) + size(SWINGS - 2) >= DECAY_RATIO * (size(0) + size(1));
         grows || at_s - since_s >= LASTS_S
     }
 
@@ -81,7 +81,7 @@ impl Buzz {
     }
 
     /// Frequency of the last swings, Hz, and the largest of them, m.
-    pub(super) fn tone(&self) -> Option<(f64, f64)> {
+    pub(super) fn frequency_and_swing(&self) -> Option<(f64, f64)> {
         let (first, last) = (self.swings.front()?, self.swings.back()?);
         let halves = self.swings.len() as f64 - 1.0;
         let largest_m = self.swings.iter().map(|it| it.1).fold(0.0, f64::max);
@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn a_buzz_is_found_within_a_few_swings_and_a_tremor_is_none() {
+    fn a_buzz_is_found_within_a_few_periods_and_a_tremor_is_no_buzz() {
         for hz in [15.0, 40.0, 120.0, 300.0] {
             let at_s = found_s(hz, 0.5e-3).unwrap();
             assert!(at_s <= 4.0 / hz + 0.01, "{hz} Hz: {at_s} s");
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn an_impact_that_rings_and_dies_away_is_none() {
+    fn a_decaying_oscillation_after_an_impact_is_no_buzz() {
         let mut buzz = Buzz::default();
         let found = (0..500).any(|ms| {
             let at_s = f64::from(ms) * 1e-3;
@@ -126,13 +126,13 @@ mod tests {
     }
 
     #[test]
-    fn a_buzz_has_its_frequency_and_its_swing() {
+    fn a_buzz_is_reported_with_its_frequency_and_amplitude() {
         let mut buzz = Buzz::default();
         for ms in 0..500 {
             let at_s = f64::from(ms) * 1e-3;
             buzz.add(at_s, 1e-3 * (TAU * 50.0 * at_s).sin());
         }
-        let (hz, swing_m) = buzz.tone().unwrap();
+        let (hz, swing_m) = buzz.frequency_and_swing().unwrap();
         assert!((hz - 50.0).abs() < 5.0, "{hz}");
         assert!((swing_m - 2e-3).abs() < 1e-4, "{swing_m}");
     }

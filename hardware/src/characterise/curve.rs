@@ -1,7 +1,7 @@
 //! Friction over speed, computed from the measurement: the force that remains after inertia and
 //! weight.
 
-use super::model::{AxisCourse, Model};
+use super::model::{AxisRecord, Model};
 
 /// Number of samples on each side of a position used for speed and acceleration at the position.
 /// With 10 samples, encoder steps of 0.055 mm cause an error of 10 mN on 45 g.
@@ -20,10 +20,10 @@ const END_SHARE: f64 = 0.25;
 const GAP_S: f64 = 0.003;
 
 /// Points of the curve: mean speed, m/s, and mean friction, N, of each bin.
-pub(super) fn friction_curve(courses: &[AxisCourse], model: &Model) -> Vec<[f64; 2]> {
+pub(super) fn friction_curve(axis_records: &[AxisRecord], model: &Model) -> Vec<[f64; 2]> {
     let mut bins: std::collections::BTreeMap<i64, Vec<[f64; 2]>> = Default::default();
-    for course in courses {
-        for around in course.samples.windows(2 * SIDE + 1) {
+    for axis_record in axis_records {
+        for around in axis_record.samples.windows(2 * SIDE + 1) {
             let Some([at_s, v_m_s, a_m_s2]) = motion(around) else {
                 continue;
             };
@@ -31,7 +31,7 @@ pub(super) fn friction_curve(courses: &[AxisCourse], model: &Model) -> Vec<[f64;
             if !moves_throughout(around, v_m_s) {
                 continue;
             }
-            let force_n = mean_force_n(course, at_s - model.delay_s, half_s);
+            let force_n = mean_force_n(axis_record, at_s - model.delay_s, half_s);
             let friction_n = force_n - model.carries_n - model.mass_kg * a_m_s2;
             let bin = (v_m_s / BIN_M_S).floor() as i64;
             bins.entry(bin).or_default().push([v_m_s, friction_n]);
@@ -77,13 +77,13 @@ fn motion(around: &[(f64, f64)]) -> Option<[f64; 3]> {
 }
 
 /// Mean force around a time, weighted in the same way as the parabola weights accelerations.
-fn mean_force_n(course: &AxisCourse, at_s: f64, half_s: f64) -> f64 {
+fn mean_force_n(axis_record: &AxisRecord, at_s: f64, half_s: f64) -> f64 {
     const PARTS: i32 = 40;
     let (mut sum_n, mut weights) = (0.0, 0.0);
     for part in -PARTS..=PARTS {
         let u = f64::from(part) / f64::from(PARTS);
         let weight = (1.0 - u * u).powi(2);
-        sum_n += weight * course.force_n(at_s + u * half_s);
+        sum_n += weight * axis_record.force_n(at_s + u * half_s);
         weights += weight;
     }
     sum_n / weights

@@ -1,15 +1,15 @@
-//! Forces along one axis that reveal the handle's inertia, damping, friction and delay: a chirp,
-//! and a push after which the handle runs out, which means that it coasts without a driving force.
+//! Forces along one axis from which the handle's inertia, damping, friction and delay follow: a
+//! chirp, and a push with a run-out. During a run-out, the handle coasts without a driving force.
 
 use std::f64::consts::TAU;
 
-use super::bench::{Bench, Now, Step, Vector};
+use super::bench::{Bench, HandleState, TickRecord, Vector};
 use super::halt::Halt;
 use super::hold::Hold;
 
-/// First and last frequency of a chirp, Hz. Damping shows best at the first frequency, delay at the
-/// last. A delay of 0.1 ms acts on 45 g at 4 Hz like a damping of 0.003 N s/m, at 50 Hz like 0.4 N
-/// s/m.
+/// First and last frequency of a chirp, Hz. Damping is measured best at the first frequency, delay
+/// at the last: on 45 g, a delay of 0.1 ms has the effect of a damping of 0.003 N s/m at 4 Hz, but
+/// of 0.4 N s/m at 50 Hz.
 const CHIRP_HZ: [f64; 2] = [4.0, 50.0];
 /// Length of a chirp, s.
 const CHIRP_S: f64 = 2.0;
@@ -17,24 +17,24 @@ const CHIRP_S: f64 = 2.0;
 const FADE_S: f64 = 0.2;
 /// Largest speed that an experiment aims at, m/s: half of the speed that ends the experiment.
 const SPEED_M_S: f64 = 0.25;
-/// Speeds between which a force along the movement fades to zero, m/s. Otherwise a chirp would
-/// swing up to twice as fast at its start, or where friction is less than expected.
+/// Speeds between which a force along the movement fades to zero, m/s. Without this limit, a chirp
+/// would be up to twice as fast at its start, or with less friction than expected.
 const GOVERNED_M_S: [f64; 2] = [0.25, 0.4];
-/// Largest amplitude of movement that a chirp aims at, as a share of the region, which is the
+/// Largest amplitude of movement that a chirp aims at, as a share of the region. The region is the
 /// radius in which experiments take place.
 const AMPLITUDE: f64 = 0.15;
 /// Stiffness of the spring that keeps a chirp in its place, N/m. The spring's force is a small part
 /// of the inertial forces.
 const CENTRE_N_M: f64 = 15.0;
 /// Largest distance of the handle from the start of a chirp, as a share of the region.
-const CHIRP_LEASH: f64 = 0.5;
+const CHIRP_EXCURSION_MAX: f64 = 0.5;
 /// Share of the remaining force that an experiment uses along its axis.
 const SPARE: f64 = 0.95;
-/// Least force beyond friction and weight with which the handle can be moved, N.
+/// Smallest force beyond friction and weight with which the experiments work, N.
 const ROOM_MIN_N: f64 = 0.03;
 /// Distance over which a push accelerates the handle to its speed, m.
 const PUSH_M: f64 = 0.006;
-/// Distance that the handle may run out, as a share of the region.
+/// Largest distance of a run-out, as a share of the region.
 const RUN_OUT: f64 = 0.25;
 /// Longest push, s.
 const PUSH_S: f64 = 0.2;
@@ -49,7 +49,7 @@ const STILL_S: f64 = 0.02;
 
 /// Rough values of an axis, from the break-away experiment.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Rough {
+pub(super) struct RoughEstimate {
     /// Mass, kg.
     pub(super) mass_kg: f64,
     /// Friction, N.
@@ -57,25 +57,30 @@ pub(super) struct Rough {
 }
 
 /// Force along `axis` that remains after the forces that carry the weight, N.
-fn room_n(bench: &Bench<'_>, hold: &Hold, axis: usize) -> f64 {
+fn available_n(bench: &Bench<'_>, hold: &Hold, axis: usize) -> f64 {
     let most_n = bench.limits().along_n(axis, &hold.carries_n);
     SPARE * (most_n - hold.carries_n[axis].abs())
 }
 
 /// True if the permitted force moves the handle well.
-pub(super) fn is_movable(bench: &Bench<'_>, hold: &Hold, axis: usize, rough: &Rough) -> bool {
-    room_n(bench, hold, axis) >= rough.friction_n + ROOM_MIN_N
+pub(super) fn is_movable(
+    bench: &Bench<'_>,
+    hold: &Hold,
+    axis: usize,
+    rough: &RoughEstimate,
+) -> bool {
+    available_n(bench, hold, axis) >= rough.friction_n + ROOM_MIN_N
 }
 
 /// The force of `hold`, with its part along `axis` replaced by `along_n`.
-fn with_axis(hold: &Hold, now: &Now, axis: usize, along_n: f64) -> Vector {
+fn with_axis(hold: &Hold, now: &HandleState, axis: usize, along_n: f64) -> Vector {
     let mut force_n = hold.force_n(now);
     force_n[axis] = along_n;
     force_n
 }
 
 /// `force_n`, reduced where it would make a fast handle faster.
-fn governed_n(force_n: f64, v_m_s: f64) -> f64 {
+fn speed_limited_n(force_n: f64, v_m_s: f64) -> f64 {
     if force_n * v_m_s <= 0.0 {
         return force_n;
     }
@@ -88,15 +93,15 @@ pub(super) fn chirp(
     bench: &mut Bench<'_>,
     hold: &Hold,
     axis: usize,
-    rough: &Rough,
+    rough: &RoughEstimate,
     sign: f64,
-) -> Result<Vec<Step>, Halt> {
+) -> Result<Vec<TickRecord>, Halt> {
     let start = bench.now();
     let amplitude_m = AMPLITUDE * bench.reach_m(axis);
-    let room_n = room_n(bench, hold, axis);
+    let available_n = available_n(bench, hold, axis);
     let first_hz = CHIRP_HZ[0].max(SPEED_M_S / (TAU * amplitude_m));
     let octaves = (CHIRP_HZ[1] / first_hz).ln();
-    bench.leash(start.at_m, CHIRP_LEASH * bench.reach_m(axis));
+    bench.limit_excursion(start.at_m, CHIRP_EXCURSION_MAX * bench.reach_m(axis));
     bench.start_record();
     let mut now = start;
     loop {
@@ -108,23 +113,23 @@ pub(super) fn chirp(
         let turn = TAU * first_hz * (octaves * share).exp();
         let phase = TAU * first_hz * CHIRP_S / octaves * ((octaves * share).exp() - 1.0);
         // Force that overcomes friction and inertia at the speed aimed at.
-        let amplitude_n = (rough.friction_n + rough.mass_kg * turn * SPEED_M_S).min(room_n);
+        let amplitude_n = (rough.friction_n + rough.mass_kg * turn * SPEED_M_S).min(available_n);
         let fade = (at_s / FADE_S).min((CHIRP_S - at_s) / FADE_S).min(1.0);
         let off_m = now.at_m[axis] - start.at_m[axis];
         let swing_n = sign * fade * amplitude_n * phase.cos() - CENTRE_N_M * off_m;
-        let swing_n = governed_n(swing_n, now.v_m_s[axis]).clamp(-room_n, room_n);
+        let swing_n = speed_limited_n(swing_n, now.v_m_s[axis]).clamp(-available_n, available_n);
         let along_n = hold.carries_n[axis] + swing_n;
         now = bench.tick(with_axis(hold, &now, axis, along_n))?;
     }
-    bench.unleash();
+    bench.clear_excursion_limit();
     Ok(bench.take_record())
 }
 
-/// A push, and the handle that runs out.
+/// A push and the run-out after it.
 #[derive(Debug, Clone)]
 pub(super) struct Push {
     /// Record from the start of the push.
-    pub(super) steps: Vec<Step>,
+    pub(super) steps: Vec<TickRecord>,
     /// Time at which the push ended, s.
     pub(super) released_s: f64,
 }
@@ -134,7 +139,7 @@ pub(super) fn push(
     bench: &mut Bench<'_>,
     hold: &Hold,
     axis: usize,
-    rough: &Rough,
+    rough: &RoughEstimate,
     sign: f64,
 ) -> Result<Push, Halt> {
     let start = bench.now();
@@ -143,8 +148,8 @@ pub(super) fn push(
     let stopped_m_s = (1.3 * rough.friction_n / rough.mass_kg * run_out_m).sqrt();
     let goal_m_s = SPEED_M_S.min(stopped_m_s);
     let push_n = rough.friction_n + rough.mass_kg * goal_m_s.powi(2) / (2.0 * PUSH_M);
-    let push_n = push_n.min(room_n(bench, hold, axis));
-    bench.leash(start.at_m, 2.0 * run_out_m);
+    let push_n = push_n.min(available_n(bench, hold, axis));
+    bench.limit_excursion(start.at_m, 2.0 * run_out_m);
     bench.start_record();
     let carries_n = hold.carries_n[axis];
     let mut now = start;
@@ -170,7 +175,7 @@ pub(super) fn push(
             still_s = now.at_s;
         }
     }
-    bench.unleash();
+    bench.clear_excursion_limit();
     Ok(Push {
         steps: bench.take_record(),
         released_s,

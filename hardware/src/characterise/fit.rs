@@ -5,13 +5,13 @@
 
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 
-use super::model::{AxisCourse, COUNT, DELAY_MAX_S, Model, Window};
+use super::model::{AxisRecord, COUNT, DELAY_MAX_S, Model, Window};
 
 /// Changes of the parameters for numerical derivatives: kg, N s/m, N, N, s.
 const CHANGES: [f64; COUNT] = [2e-4, 2e-3, 2e-3, 1e-3, 2e-5];
 /// Change of a window's initial speed for numerical derivatives, m/s.
 const CHANGE_M_S: f64 = 1e-4;
-/// Step of the search for the delay, s. The fit then corrects the delay by at most half a step,
+/// Step of the search for the delay, s. The fit then changes the delay by at most half a step,
 /// which is a tenth of a period at 50 Hz.
 const SEARCH_S: f64 = 4e-3;
 /// Largest number of windows that this search uses.
@@ -26,9 +26,9 @@ const START_ITERATIONS: u32 = 6;
 /// outlier.
 const OUTLIER: f64 = 4.0;
 /// Least diagonal element of the normal matrix, m² per squared unit of the parameter.
-const LEAST: f64 = 1e-9;
+const DIAGONAL_MIN: f64 = 1e-9;
 /// Relative decrease of the cost below which a fit ends.
-const DONE: f64 = 1e-4;
+const CONVERGED: f64 = 1e-4;
 
 type Normal = SMatrix<f64, COUNT, COUNT>;
 type Change = SVector<f64, COUNT>;
@@ -41,11 +41,11 @@ pub(super) struct Fit {
     pub(super) errors: [f64; COUNT],
     /// Root mean square of the residual, m.
     pub(super) rms_m: f64,
-    /// Windows, each with the index of the course (record) to which it belongs.
+    /// Windows, each with the index of the record to which it belongs.
     pub(super) windows: Vec<(usize, Window)>,
 }
 
-/// Linearised problem, with each window's initial position and speed eliminated.
+/// Linearised problem. Each window's initial position and speed are eliminated.
 struct Linear {
     cost: f64,
     normal: Normal,
@@ -53,9 +53,9 @@ struct Linear {
     samples: usize,
 }
 
-/// Fits a model to courses, beginning from a guess. `None` if the handle moved too little.
-pub(super) fn fit(courses: &[AxisCourse], guess: Model) -> Option<Fit> {
-    let windows = all_windows(courses);
+/// Fits a model to records, beginning from a guess. `None` if the handle moved too little.
+pub(super) fn fit(axis_records: &[AxisRecord], guess: Model) -> Option<Fit> {
+    let windows = all_windows(axis_records);
     let every = windows.len().div_ceil(SEARCH_WINDOWS).max(1);
     let few: Vec<_> = windows.iter().step_by(every).copied().collect();
     let mut best: Option<(f64, Model)> = None;
@@ -63,23 +63,23 @@ pub(super) fn fit(courses: &[AxisCourse], guess: Model) -> Option<Fit> {
         let delay_s = f64::from(step) * SEARCH_S;
         let mut model = Model { delay_s, ..guess };
         let mut few = few.clone();
-        let cost = descend(courses, &mut few, &mut model, SEARCH_ITERATIONS)?;
+        let cost = descend(axis_records, &mut few, &mut model, SEARCH_ITERATIONS)?;
         if best.is_none_or(|(least, _)| cost < least) {
             best = Some((cost, model));
         }
     }
-    refine(courses, best?.1)
+    refine(axis_records, best?.1)
 }
 
-/// Fits a model to courses from a good start.
-pub(super) fn refine(courses: &[AxisCourse], start: Model) -> Option<Fit> {
-    let mut windows = all_windows(courses);
+/// Fits a model to records from a good start.
+pub(super) fn refine(axis_records: &[AxisRecord], start: Model) -> Option<Fit> {
+    let mut windows = all_windows(axis_records);
     let mut model = start;
-    descend(courses, &mut windows, &mut model, ITERATIONS)?;
-    if drop_outliers(courses, &mut windows, &model) {
-        descend(courses, &mut windows, &mut model, ITERATIONS)?;
+    descend(axis_records, &mut windows, &mut model, ITERATIONS)?;
+    if drop_outliers(axis_records, &mut windows, &model) {
+        descend(axis_records, &mut windows, &mut model, ITERATIONS)?;
     }
-    let linear = linearise(courses, &windows, &model);
+    let linear = linearise(axis_records, &windows, &model);
     let unknowns = COUNT + 2 * windows.len();
     let free = linear.samples.checked_sub(unknowns).filter(|it| *it > 0)?;
     let variance = linear.cost / free as f64;
@@ -92,62 +92,62 @@ pub(super) fn refine(courses: &[AxisCourse], start: Model) -> Option<Fit> {
     })
 }
 
-fn all_windows(courses: &[AxisCourse]) -> Vec<(usize, Window)> {
-    let of = |(at, course): (usize, &AxisCourse)| {
-        Window::all(course).into_iter().map(move |it| (at, it))
+fn all_windows(axis_records: &[AxisRecord]) -> Vec<(usize, Window)> {
+    let of = |(at, axis_record): (usize, &AxisRecord)| {
+        Window::all(axis_record).into_iter().map(move |it| (at, it))
     };
-    courses.iter().enumerate().flat_map(of).collect()
+    axis_records.iter().enumerate().flat_map(of).collect()
 }
 
 /// Descent by the method of Levenberg and Marquardt. Returns the cost; `None` without windows.
 fn descend(
-    courses: &[AxisCourse],
+    axis_records: &[AxisRecord],
     windows: &mut [(usize, Window)],
     model: &mut Model,
     iterations: u32,
 ) -> Option<f64> {
-    settle_all(courses, windows, model);
-    let mut linear = linearise(courses, windows, model);
-    let mut caution = 1e-3;
+    fit_all_starts(axis_records, windows, model);
+    let mut linear = linearise(axis_records, windows, model);
+    let mut lm_damping = 1e-3;
     for _ in 0..iterations {
         let mut normal = linear.normal;
         for at in 0..COUNT {
             // A parameter at its bound has no effect, and must not make the matrix singular.
-            normal[(at, at)] = (normal[(at, at)] * (1.0 + caution)).max(LEAST);
+            normal[(at, at)] = (normal[(at, at)] * (1.0 + lm_damping)).max(DIAGONAL_MIN);
         }
         let change = normal.try_inverse()? * linear.gradient;
         let parameters = model.parameters();
         let tried = Model::of(std::array::from_fn(|at| parameters[at] + change[at]));
         let mut tried_windows = windows.to_vec();
-        settle_all(courses, &mut tried_windows, &tried);
-        let next = linearise(courses, &tried_windows, &tried);
+        fit_all_starts(axis_records, &mut tried_windows, &tried);
+        let next = linearise(axis_records, &tried_windows, &tried);
         let gain = 1.0 - next.cost / linear.cost;
         if gain > 0.0 {
             (linear, *model) = (next, tried);
             windows.copy_from_slice(&tried_windows);
-            caution *= 0.2;
+            lm_damping *= 0.2;
         } else {
-            caution *= 8.0;
+            lm_damping *= 8.0;
         }
-        if (0.0..DONE).contains(&gain) || caution > 1e8 {
+        if (0.0..CONVERGED).contains(&gain) || lm_damping > 1e8 {
             break;
         }
     }
     (linear.samples > 0).then_some(linear.cost)
 }
 
-/// Drops windows that fit far worse than most, because this computer or the device paused in them.
+/// Drops windows with a far larger residual than most: this computer or the device paused in them.
 /// Returns true if any window was dropped.
 fn drop_outliers(
-    courses: &[AxisCourse],
+    axis_records: &[AxisRecord],
     windows: &mut Vec<(usize, Window)>,
     model: &Model,
 ) -> bool {
     let mut run = Vec::new();
     let mut mean_m2 = |(at, window): &(usize, Window)| {
-        let course = &courses[*at];
-        model.run(course, window, &mut run);
-        let seen = window.of(course);
+        let axis_record = &axis_records[*at];
+        model.run(axis_record, window, &mut run);
+        let seen = window.of(axis_record);
         let squares = seen.iter().zip(&run).map(|(s, m)| (s.1 - m).powi(2));
         squares.sum::<f64>() / seen.len() as f64
     };
@@ -163,15 +163,19 @@ fn drop_outliers(
     windows.len() < before
 }
 
-fn settle_all(courses: &[AxisCourse], windows: &mut [(usize, Window)], model: &Model) {
+fn fit_all_starts(axis_records: &[AxisRecord], windows: &mut [(usize, Window)], model: &Model) {
     for (at, window) in windows {
-        *window = settled(&courses[*at], *window, model);
+        *window = with_best_start(&axis_records[*at], *window, model);
     }
 }
 
-/// The window with the place and the speed at its start that fit best.
-pub(super) fn settled(course: &AxisCourse, mut window: Window, model: &Model) -> Window {
-    let seen = window.of(course);
+/// The window with the initial position and speed that fit best.
+pub(super) fn with_best_start(
+    axis_record: &AxisRecord,
+    mut window: Window,
+    model: &Model,
+) -> Window {
+    let seen = window.of(axis_record);
     let cost = |run: &[f64]| {
         seen.iter()
             .zip(run)
@@ -179,10 +183,10 @@ pub(super) fn settled(course: &AxisCourse, mut window: Window, model: &Model) ->
             .sum::<f64>()
     };
     let (mut base, mut faster) = (Vec::new(), Vec::new());
-    model.run(course, &window, &mut base);
+    model.run(axis_record, &window, &mut base);
     let mut least = cost(&base);
     for _ in 0..START_ITERATIONS {
-        model.run(course, &changed(&window, CHANGE_M_S), &mut faster);
+        model.run(axis_record, &changed(&window, CHANGE_M_S), &mut faster);
         let mut normal = Matrix2::<f64>::zeros();
         let mut gradient = Vector2::zeros();
         for ((seen, base), faster) in seen.iter().zip(&base).zip(&faster) {
@@ -200,7 +204,7 @@ pub(super) fn settled(course: &AxisCourse, mut window: Window, model: &Model) ->
             let mut tried = window;
             tried.from_m += step[0];
             tried.speed_m_s += step[1];
-            model.run(course, &tried, &mut faster);
+            model.run(axis_record, &tried, &mut faster);
             let next = cost(&faster);
             if next < least {
                 gain = 1.0 - next / least;
@@ -210,14 +214,14 @@ pub(super) fn settled(course: &AxisCourse, mut window: Window, model: &Model) ->
             }
             step *= 0.3;
         }
-        if gain < DONE {
+        if gain < CONVERGED {
             break;
         }
     }
     window
 }
 
-/// The window with another speed at its start.
+/// The window with another initial speed.
 fn changed(window: &Window, by_m_s: f64) -> Window {
     let mut changed = *window;
     changed.speed_m_s += by_m_s;
@@ -225,7 +229,7 @@ fn changed(window: &Window, by_m_s: f64) -> Window {
 }
 
 /// Residuals and their derivatives.
-fn linearise(courses: &[AxisCourse], windows: &[(usize, Window)], model: &Model) -> Linear {
+fn linearise(axis_records: &[AxisRecord], windows: &[(usize, Window)], model: &Model) -> Linear {
     let mut linear = Linear {
         cost: 0.0,
         normal: Normal::zeros(),
@@ -236,20 +240,20 @@ fn linearise(courses: &[AxisCourse], windows: &[(usize, Window)], model: &Model)
     let (mut base, mut faster) = (Vec::new(), Vec::new());
     let mut by: [Vec<f64>; COUNT] = std::array::from_fn(|_| Vec::new());
     for (at, window) in windows {
-        let course = &courses[*at];
-        model.run(course, window, &mut base);
-        model.run(course, &changed(window, CHANGE_M_S), &mut faster);
+        let axis_record = &axis_records[*at];
+        model.run(axis_record, window, &mut base);
+        model.run(axis_record, &changed(window, CHANGE_M_S), &mut faster);
         for (part, run) in by.iter_mut().enumerate() {
             let mut changed = parameters;
             changed[part] += CHANGES[part];
-            Model::of(changed).run(course, window, run);
+            Model::of(changed).run(axis_record, window, run);
         }
         let mut normal = Normal::zeros();
         let mut gradient = Change::zeros();
         let mut own = Matrix2::<f64>::zeros();
         let mut own_gradient = Vector2::zeros();
         let mut coupling = SMatrix::<f64, 2, COUNT>::zeros();
-        for (k, (_, seen_m)) in window.of(course).iter().enumerate() {
+        for (k, (_, seen_m)) in window.of(axis_record).iter().enumerate() {
             let residual = seen_m - base[k];
             let row = Change::from_fn(|part, _| (by[part][k] - base[k]) / CHANGES[part]);
             // Another initial position shifts the whole window, so its derivative is 1.

@@ -14,15 +14,15 @@ const MOVED_M: f64 = 1.0e-3;
 const SEEN_M: f64 = 0.12e-3;
 /// Movement in a wrong direction that ends the measurement, m.
 const BACKWARDS_M: f64 = 1.5e-3;
-/// Growth of the force from which on the direction of the movement is checked, N.
+/// Growth of the force above which the direction of the movement is checked, N.
 const BACKWARDS_N: f64 = 0.03;
 /// Cosine of the largest permitted angle between force and movement: 60°. Where inertia couples the
 /// axes, the movement deviates by less.
 const ALONG: f64 = 0.5;
 
-/// A handle that broke away.
+/// Result of a break-away.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Broken {
+pub(super) struct BreakAway {
     /// Force along the axis at which the handle began to move, N.
     pub(super) force_n: f64,
     /// Rough mass, kg, from the first millimetre of movement.
@@ -32,25 +32,25 @@ pub(super) struct Broken {
 /// Time over which the force grows to its initial value, s.
 const BEGIN_S: f64 = 0.05;
 
-/// Lets a force along `axis` grow in the direction `sign`, beginning at `begin_n` beyond the force
-/// that carries the handle. `None` if the largest force did not move the handle, or if the moment
-/// of break-away cannot be computed.
+/// Lets a force along `axis` grow in the direction `sign` until the handle moves. The force begins
+/// at `begin_n` beyond the force that carries the handle. `None` if the largest force did not move
+/// the handle, or if the moment of break-away cannot be computed.
 pub(super) fn break_away(
     bench: &mut Bench<'_>,
     hold: &Hold,
     axis: usize,
     sign: f64,
     begin_n: f64,
-) -> Result<Option<Broken>, Halt> {
+) -> Result<Option<BreakAway>, Halt> {
     let start = bench.now();
     let most_n = bench.limits().along_n(axis, &hold.carries_n);
     let mut now = start;
     // Times and distances of the movement along the axis.
-    let mut course: Vec<(f64, f64)> = Vec::new();
+    let mut axis_record: Vec<(f64, f64)> = Vec::new();
     loop {
         let passed_s = now.at_s - start.at_s;
-        let grown_n = begin_n * (passed_s / BEGIN_S).min(1.0) + GROWTH_N_S * passed_s;
-        let along_n = hold.carries_n[axis] + sign * grown_n;
+        let ramp_n = begin_n * (passed_s / BEGIN_S).min(1.0) + GROWTH_N_S * passed_s;
+        let along_n = hold.carries_n[axis] + sign * ramp_n;
         if along_n.abs() > most_n && along_n * sign > 0.0 {
             bench.tick(hold.carries_n)?;
             return Ok(None);
@@ -59,20 +59,20 @@ pub(super) fn break_away(
         force_n[axis] = along_n;
         now = bench.tick(force_n)?;
         let moved_m = now.at_m - start.at_m;
-        judge_direction(bench, moved_m, axis, sign, grown_n)?;
+        judge_direction(bench, moved_m, axis, sign, ramp_n)?;
         let way_m = moved_m[axis] * sign;
         if way_m >= SEEN_M {
-            course.push((now.at_s, way_m));
+            axis_record.push((now.at_s, way_m));
         } else {
-            course.clear();
+            axis_record.clear();
         }
         if way_m >= MOVED_M {
-            let Some((at_s, mass_kg)) = onset(&course) else {
+            let Some((at_s, mass_kg)) = onset(&axis_record) else {
                 return Ok(None);
             };
-            let grown_n = begin_n + GROWTH_N_S * (at_s - start.at_s).max(0.0);
-            let force_n = hold.carries_n[axis] + sign * grown_n;
-            return Ok(Some(Broken { force_n, mass_kg }));
+            let ramp_n = begin_n + GROWTH_N_S * (at_s - start.at_s).max(0.0);
+            let force_n = hold.carries_n[axis] + sign * ramp_n;
+            return Ok(Some(BreakAway { force_n, mass_kg }));
         }
     }
 }
@@ -82,16 +82,16 @@ fn judge_direction(
     moved_m: Vector,
     axis: usize,
     sign: f64,
-    grown_n: f64,
+    ramp_n: f64,
 ) -> Result<(), Halt> {
     let way_m = moved_m.norm();
-    if way_m < BACKWARDS_M || grown_n < BACKWARDS_N || moved_m[axis] * sign >= ALONG * way_m {
+    if way_m < BACKWARDS_M || ramp_n < BACKWARDS_N || moved_m[axis] * sign >= ALONG * way_m {
         return Ok(());
     }
     bench.cut();
     let mm = |part: usize| (moved_m[part] * 1e4).round() * 0.1;
     Err(Halt::Backwards {
-        force_n: grown_n,
+        force_n: ramp_n,
         axis: AXES[axis][usize::from(sign < 0.0)],
         moved: match axis {
             OPENING => format!("{:.1} mm along its opening", mm(OPENING)),
@@ -102,12 +102,12 @@ fn judge_direction(
 
 /// Time at which the movement began, s, and the mass, kg. A force that grows by `g` moves a mass
 /// `m` by `g t³ / 6m`, so the cube root of the distance is a straight line in time.
-fn onset(course: &[(f64, f64)]) -> Option<(f64, f64)> {
-    let count = course.len() as f64;
-    let mean_s = course.iter().map(|it| it.0).sum::<f64>() / count;
-    let mean = course.iter().map(|it| it.1.cbrt()).sum::<f64>() / count;
+fn onset(axis_record: &[(f64, f64)]) -> Option<(f64, f64)> {
+    let count = axis_record.len() as f64;
+    let mean_s = axis_record.iter().map(|it| it.0).sum::<f64>() / count;
+    let mean = axis_record.iter().map(|it| it.1.cbrt()).sum::<f64>() / count;
     let (mut upper, mut lower) = (0.0, 0.0);
-    for (at_s, way_m) in course {
+    for (at_s, way_m) in axis_record {
         upper += (at_s - mean_s) * (way_m.cbrt() - mean);
         lower += (at_s - mean_s).powi(2);
     }
@@ -121,19 +121,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn onset_of_a_growing_force_is_found_from_the_first_millimetre() {
+    fn the_onset_of_motion_is_found_from_the_first_millimetre() {
         let mass_kg = 0.045;
         let way_m = |at_s: f64| GROWTH_N_S * (at_s - 1.0).powi(3) / (6.0 * mass_kg);
         let times = (0..1000).map(|ms| 1.0 + f64::from(ms) * 1e-3);
         let seen = |way_m: f64| (SEEN_M..MOVED_M).contains(&way_m);
         let step_m = 0.055e-3;
-        let course: Vec<_> = times
+        let axis_record: Vec<_> = times
             .map(|at_s| (at_s, (way_m(at_s) / step_m).round() * step_m))
             .filter(|it| seen(it.1))
             .collect();
-        let (at_s, found_kg) = onset(&course).unwrap();
+        let (at_s, found_kg) = onset(&axis_record).unwrap();
         assert!((at_s - 1.0).abs() < 0.006, "{at_s}");
         assert!((found_kg / mass_kg - 1.0).abs() < 0.2, "{found_kg}");
-        assert!(onset(&course[..1]).is_none());
+        assert!(onset(&axis_record[..1]).is_none());
     }
 }

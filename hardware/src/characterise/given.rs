@@ -1,35 +1,36 @@
-//! Share that the motors give of the force asked for, by the size of the force.
+//! Ratio of the force that the motors render to the commanded force, as a function of the commanded
+//! force.
 //!
-//! Movements alone do not reveal a force: a handle of half the mass under half the force moves in
-//! the same way. They do reveal whether a large force is as large as small ones promise. So the
-//! shares are relative to the model that fits all of the movements.
+//! Movements alone cannot show the size of a force: a handle of half the mass under half the force
+//! moves in the same way. They can show whether the ratio is the same for large and small forces.
+//! So the ratios are relative to the model that fits all of the movements.
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::along::Axis;
-use super::fit::settled;
-use super::model::{AxisCourse, Model, Window};
+use super::fit::with_best_start;
+use super::model::{AxisRecord, Model, Window};
 
-/// Number of groups of windows, by their force.
+/// Number of groups into which the windows are sorted by their force.
 const GROUPS: usize = 4;
 /// Fewest windows of a group that counts.
 const GROUP_MIN: usize = 2;
 /// Least force of a window that is used, in multiples of the dry friction, and as a share of the
 /// largest force. In windows with less force, the friction decides the movement.
 const FORCE_MIN: [f64; 2] = [2.0, 0.2];
-/// Change of the share for numerical derivatives.
+/// Change of the ratio for numerical derivatives.
 const CHANGE: f64 = 1e-3;
 /// Change of a window's initial speed for numerical derivatives, m/s.
 const CHANGE_M_S: f64 = 1e-4;
 /// Largest number of steps of a fit.
 const STEPS: u32 = 12;
 /// Relative decrease of the cost below which a fit ends.
-const DONE: f64 = 1e-4;
+const CONVERGED: f64 = 1e-4;
 
-/// Pairs of force asked for, N, and share given, from small to large forces. Empty if too little
-/// was recorded.
+/// Pairs of commanded force, N, and ratio, from small to large forces. Empty if too little was
+/// recorded.
 pub(super) fn given_shares<'a>(
-    courses: impl Iterator<Item = &'a AxisCourse>,
+    axis_records: impl Iterator<Item = &'a AxisRecord>,
     axis: &Axis,
 ) -> Vec<[f64; 2]> {
     let model = Model {
@@ -39,16 +40,24 @@ pub(super) fn given_shares<'a>(
         carries_n: axis.carries_n.value,
         delay_s: axis.delay_s.value,
     };
-    let windows = courses.flat_map(|course| {
-        let all = Window::all(course).into_iter();
-        all.map(move |window| (strongest_n(course, &window, &model), course, window))
+    let windows = axis_records.flat_map(|axis_record| {
+        let all = Window::all(axis_record).into_iter();
+        all.map(move |window| {
+            (
+                strongest_n(axis_record, &window, &model),
+                axis_record,
+                window,
+            )
+        })
     });
     let windows: Vec<_> = windows.collect();
     let most_n = windows.iter().map(|it| it.0).fold(0.0, f64::max);
     let least_n = (FORCE_MIN[0] * model.friction_n).max(FORCE_MIN[1] * most_n);
     let shares = windows.into_iter().filter(|it| it.0 >= least_n);
     let shares: Vec<[f64; 2]> = shares
-        .filter_map(|(asked_n, course, window)| Some([asked_n, share(course, window, &model)?]))
+        .filter_map(|(asked_n, axis_record, window)| {
+            Some([asked_n, share(axis_record, window, &model)?])
+        })
         .collect();
     let forces = || shares.iter().map(|it| it[0]);
     let (weakest_n, strongest_n) = (
@@ -66,21 +75,22 @@ pub(super) fn given_shares<'a>(
 }
 
 /// Largest force in a window, N, without the force that carries the handle.
-fn strongest_n(course: &AxisCourse, window: &Window, model: &Model) -> f64 {
-    let samples = window.of(course).iter();
-    let forces = samples.map(|it| (course.force_n(it.0 - model.delay_s) - model.carries_n).abs());
+fn strongest_n(axis_record: &AxisRecord, window: &Window, model: &Model) -> f64 {
+    let samples = window.of(axis_record).iter();
+    let forces =
+        samples.map(|it| (axis_record.force_n(it.0 - model.delay_s) - model.carries_n).abs());
     forces.fold(0.0, f64::max)
 }
 
-/// Share of the forces with which the model moves as the handle did in a window.
-fn share(course: &AxisCourse, window: Window, model: &Model) -> Option<f64> {
-    let mut window = settled(course, window, model);
+/// Factor of the commanded forces with which the model moves as the handle did in a window.
+fn share(axis_record: &AxisRecord, window: Window, model: &Model) -> Option<f64> {
+    let mut window = with_best_start(axis_record, window, model);
     let mut share = 1.0;
-    let samples = window.of(course);
+    let samples = window.of(axis_record);
     let run = |window: &Window, share: f64| {
         let mut positions_m = Vec::new();
         model.run(
-            &course.scaled(model.carries_n, share),
+            &axis_record.scaled(model.carries_n, share),
             window,
             &mut positions_m,
         );
@@ -120,7 +130,7 @@ fn share(course: &AxisCourse, window: Window, model: &Model) -> Option<f64> {
             }
             step *= 0.4;
         }
-        if gain < DONE {
+        if gain < CONVERGED {
             break;
         }
     }

@@ -11,7 +11,7 @@ pub(super) type Vector = Vector4<f64>;
 /// Index of the opening in a [`Vector`].
 pub(super) const OPENING: usize = 3;
 
-/// The part of a vector that is not along the opening.
+/// The three base-frame components of a vector, without the opening.
 pub(super) fn of_handle(vector: &Vector) -> Vector3<f64> {
     vector.fixed_rows::<3>(0).into_owned()
 }
@@ -26,7 +26,7 @@ const SPEED_MAX_M_S: f64 = 0.5;
 
 /// State of the handle at a tick.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Now {
+pub(super) struct HandleState {
     /// Time since the start, s.
     pub(super) at_s: f64,
     /// Position, m.
@@ -35,7 +35,7 @@ pub(super) struct Now {
     pub(super) v_m_s: Vector,
 }
 
-impl Now {
+impl HandleState {
     pub(super) fn start() -> Self {
         Self {
             at_s: 0.0,
@@ -52,8 +52,8 @@ pub(super) struct Guard {
     pub(super) region_m: f64,
     /// Half of the travel of the fingers, m, while the opening is measured.
     pub(super) opening_m: Option<f64>,
-    /// Place of the present experiment, m, and largest distance from it, m.
-    pub(super) leash: Option<(Vector, f64)>,
+    /// Start of the present experiment, m, and largest distance from it, m.
+    pub(super) excursion_limit: Option<(Vector, f64)>,
 }
 
 impl Guard {
@@ -61,7 +61,7 @@ impl Guard {
         Self {
             region_m: REGION * f64::from(can.workspace_radius_m),
             opening_m: None,
-            leash: None,
+            excursion_limit: None,
         }
     }
 
@@ -74,7 +74,7 @@ impl Guard {
     }
 
     /// Checks position and speed. Comparisons are written so that NaN ends the experiment.
-    pub(super) fn judge(&self, now: &Now) -> Result<(), Halt> {
+    pub(super) fn judge(&self, now: &HandleState) -> Result<(), Halt> {
         let distance_m = of_handle(&now.at_m).norm();
         let is_inside = distance_m <= self.region_m;
         if !is_inside {
@@ -91,7 +91,7 @@ impl Guard {
                 allowed_m_s: SPEED_MAX_M_S,
             });
         }
-        match self.leash {
+        match self.excursion_limit {
             Some((from_m, reach_m)) if (now.at_m - from_m).norm() > reach_m => Err(Halt::Away {
                 moved_mm: (now.at_m - from_m).norm() * 1e3,
                 allowed_mm: reach_m * 1e3,

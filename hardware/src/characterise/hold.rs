@@ -1,7 +1,7 @@
-//! A soft spring that holds the handle where an experiment takes place. Its integral finds the
+//! A soft spring that holds the handle at the place of an experiment. Its integral term finds the
 //! force that carries the handle's weight.
 
-use super::bench::{Bench, Now, Vector};
+use super::bench::{Bench, HandleState, Vector};
 use super::halt::Halt;
 use super::limits::Limits;
 
@@ -13,8 +13,8 @@ pub(super) const STIFFNESS_N_M: f64 = 60.0;
 const DAMPING_N_S_M: f64 = 2.0;
 /// Growth of the integral's force per distance and time, N/(m s).
 const INTEGRAL_N_M_S: f64 = 150.0;
-/// Distance below which the integral's force does not grow, m. Otherwise dry friction would make
-/// the handle hunt to and fro.
+/// Distance below which the integral's force does not grow, m. Otherwise dry friction would cause a
+/// limit cycle.
 const NEAR_M: f64 = 1.0e-3;
 /// Largest distance from its place at which the handle counts as held, m.
 const HELD_M: f64 = 1.5e-3;
@@ -26,10 +26,10 @@ const HELD_S: f64 = 0.2;
 const PATIENCE_S: f64 = 6.0;
 /// Speed at which the spring carries the handle to its place, m/s.
 const CARRY_M_S: f64 = 0.06;
-/// Longest distance between the spring's two ends, m. On a device that pushes the wrong way, the
-/// spring drives the handle away. Once the force is cut at this distance, the handle coasts for
-/// less than another 8 mm (Touch).
-const LEASH_M: f64 = 0.012;
+/// Longest distance between the spring's two ends, m; beyond it the experiment ends. On a device
+/// whose force has the wrong sign, the spring drives the handle away. After the force is cut at
+/// this distance, the handle coasts for less than 8 mm (Touch).
+const EXCURSION_MAX_M: f64 = 0.012;
 
 /// The spring.
 #[derive(Debug, Clone, Copy)]
@@ -45,7 +45,7 @@ pub(super) struct Hold {
 
 impl Hold {
     /// A spring without force at the handle's present place.
-    pub(super) fn new(now: &Now) -> Self {
+    pub(super) fn new(now: &HandleState) -> Self {
         Self {
             target_m: now.at_m,
             carries_n: Vector::zeros(),
@@ -54,21 +54,21 @@ impl Hold {
         }
     }
 
-    /// Notes the force that carries the handle along an axis, N, as break-away found it. With
-    /// another force, dry friction would balance the difference, and less friction would be left
+    /// Sets the force that carries the handle along an axis, N, as break-away measured it. With
+    /// another force, dry friction would balance the difference, and less friction would remain
     /// along the other axes.
-    pub(super) fn know(&mut self, axis: usize, carries_n: f64) {
+    pub(super) fn set_holding(&mut self, axis: usize, carries_n: f64) {
         self.carries_n[axis] = carries_n;
         self.known[axis] = true;
     }
 
     /// Force now, N.
-    pub(super) fn force_n(&self, now: &Now) -> Vector {
+    pub(super) fn force_n(&self, now: &HandleState) -> Vector {
         (self.target_m - now.at_m) * STIFFNESS_N_M - now.v_m_s * DAMPING_N_S_M + self.carries_n
     }
 
     /// Force now, N, after the integral has grown.
-    pub(super) fn grown_n(&mut self, now: &Now, limits: &Limits) -> Vector {
+    pub(super) fn integrated_n(&mut self, now: &HandleState, limits: &Limits) -> Vector {
         let passed_s = (now.at_s - self.at_s).clamp(0.0, 0.01);
         self.at_s = now.at_s;
         let off_m = self.target_m - now.at_m;
@@ -83,17 +83,17 @@ impl Hold {
     pub(super) fn keep(&mut self, bench: &mut Bench<'_>, seconds: f64) -> Result<(), Halt> {
         let mut now = bench.now();
         let begun_s = now.at_s;
-        bench.leash(self.target_m, LEASH_M);
+        bench.limit_excursion(self.target_m, EXCURSION_MAX_M);
         while now.at_s - begun_s < seconds {
-            let force_n = self.grown_n(&now, bench.limits());
+            let force_n = self.integrated_n(&now, bench.limits());
             now = bench.tick(force_n)?;
         }
-        bench.unleash();
+        bench.clear_excursion_limit();
         Ok(())
     }
 
-    /// Carries the handle to `goal_m` and waits until it is still. Afterwards the spring is slack,
-    /// and [`Hold::carries_n`] alone holds the handle. Along each axis this force comes from
+    /// Carries the handle to `goal_m` and waits until it is still. Afterwards the spring has no
+    /// force, and [`Hold::carries_n`] alone holds the handle. Along each axis this force comes from
     /// break-away if that is known, otherwise from the integral.
     pub(super) fn settle(&mut self, bench: &mut Bench<'_>, goal_m: Vector) -> Result<(), Halt> {
         let mut now = bench.now();
@@ -104,8 +104,8 @@ impl Hold {
         let (mut since_s, mut sum_n, mut count) = (now.at_s, Vector::zeros(), 0.0);
         loop {
             let before_s = now.at_s;
-            let force_n = self.grown_n(&now, bench.limits());
-            bench.leash(self.target_m, LEASH_M);
+            let force_n = self.integrated_n(&now, bench.limits());
+            bench.limit_excursion(self.target_m, EXCURSION_MAX_M);
             now = bench.tick(force_n)?;
             let passed_s = (now.at_s - before_s).clamp(0.0, 0.01);
             let way_m = goal_m - self.target_m;
@@ -135,7 +135,7 @@ impl Hold {
                     }
                 });
                 self.target_m = now.at_m;
-                bench.unleash();
+                bench.clear_excursion_limit();
                 return Ok(());
             }
         }

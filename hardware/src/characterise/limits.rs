@@ -6,12 +6,12 @@ use rt_core::port::DeviceCapabilities;
 use super::guard::{OPENING, Vector, of_handle};
 use super::halt::Halt;
 
-/// Largest force unless a person allows more, N: the weight of 100 g. A hand that this force
-/// surprises gives way or stops it without effort. The force is several times the dry friction of
+/// Largest force unless a person allows more, N: the weight of 100 g. A hand that does not expect
+/// this force yields or resists without effort. The force is several times the dry friction of
 /// desktop devices (0.1 to 0.3 N), so it moves their handles.
 pub const FORCE_N: f64 = 1.0;
-/// Share of the declared peak force that no experiment exceeds. A device that declares half of its
-/// true peak may give twice the force that was sent, and then still stays within the declared peak.
+/// Share of the declared peak force that no experiment exceeds. A device that renders twice the
+/// commanded force then still stays within its declared peak.
 const PEAK_SHARE: f64 = 0.5;
 /// Least force with which anything can be measured, N.
 const FORCE_MIN_N: f64 = 0.05;
@@ -63,7 +63,8 @@ impl Limits {
         }
     }
 
-    /// Largest force along an axis, N, beside the forces that carry the handle across that axis.
+    /// Largest force along an axis, N, in addition to the forces that carry the handle across that
+    /// axis.
     pub(super) fn along_n(&self, axis: usize, carries_n: &Vector) -> f64 {
         if axis == OPENING {
             return self.opening_n;
@@ -84,7 +85,7 @@ impl Limits {
     }
 }
 
-/// The force after a tick, on its way from one force to another.
+/// The force of the next tick between `from_n` and `to_n`: the change is at most [`SLEW_N`].
 pub(super) fn slewed_n(from_n: &Vector, to_n: &Vector) -> Vector {
     let change_n = to_n - from_n;
     let handle_n = shortened(of_handle(&change_n), SLEW_N);

@@ -1,4 +1,4 @@
-//! The free experiments in their order, axis by axis, with nobody at the handle.
+//! The experiments in which nobody holds the handle, axis by axis.
 
 use rt_core::port::{DeviceCapabilities, HapticDevice};
 
@@ -18,14 +18,14 @@ const BEGIN: f64 = 0.6;
 /// Time over which the force fades at the end, s.
 const LET_GO_S: f64 = 0.5;
 
-/// Options of the free experiments.
+/// Options of the experiments in which nobody holds the handle.
 #[derive(Debug, Clone, Copy)]
 pub struct Options {
     /// Axes x, y, z to be measured.
     pub axes: [bool; 3],
     /// True to measure the opening as well, if the handle opens.
     pub opening: bool,
-    /// Largest force, N. `None` means 1 N, or less if the device may not give as much.
+    /// Largest force, N. `None` means 1 N, or less if the device's limits are lower.
     pub force_n: Option<f64>,
     /// Repetitions of each experiment: at least 2, because the error of a result is computed from
     /// their spread.
@@ -116,7 +116,7 @@ pub fn measure(
     let mut begin_n = [0.0; 3];
     for axis in (0..3).filter(|axis| !(is_flat && *axis == 1)) {
         if let Some([up, down]) = both_ways(&mut bench, &mut hold, goal_m, axis, 0.0)? {
-            hold.know(axis, 0.5 * (up.force_n + down.force_n));
+            hold.set_holding(axis, 0.5 * (up.force_n + down.force_n));
             begin_n[axis] = BEGIN * 0.5 * (up.force_n - down.force_n).max(0.0);
         }
     }
@@ -149,7 +149,7 @@ pub fn measure(
         )?),
         false => None,
     };
-    let_go(&mut bench, &hold);
+    fade_out(&mut bench, &hold);
     Ok(Records {
         declared,
         force_n,
@@ -158,8 +158,8 @@ pub fn measure(
     })
 }
 
-/// Lets the force fade. If the handle falls under its weight meanwhile, that is no failure.
-fn let_go(bench: &mut Bench<'_>, hold: &Hold) {
+/// Lets the force fade. The handle may fall under its weight meanwhile; that is no failure.
+fn fade_out(bench: &mut Bench<'_>, hold: &Hold) {
     let begun_s = bench.now().at_s;
     loop {
         let now = bench.now();

@@ -1,7 +1,7 @@
 //! Model of a handle along one axis, for the fit: mass, viscous damping, dry friction, a constant
 //! force that carries the weight, and a delay.
 
-use super::bench::Step;
+use super::bench::TickRecord;
 
 /// Length of a step of the mechanics, s. Within a step the force is constant and reversals are
 /// exact. Only viscous damping has an error: 0.1 % for 0.2 N s/m on 45 g.
@@ -83,12 +83,17 @@ impl Model {
 
     /// Computes the positions, m, of a handle at the times of the window's samples. At the first
     /// sample the handle has the window's initial position and speed.
-    pub(super) fn run(&self, course: &AxisCourse, window: &Window, positions_m: &mut Vec<f64>) {
+    pub(super) fn run(
+        &self,
+        axis_record: &AxisRecord,
+        window: &Window,
+        positions_m: &mut Vec<f64>,
+    ) {
         positions_m.clear();
-        let samples = window.of(course);
+        let samples = window.of(axis_record);
         let Some(first) = samples.first() else { return };
         let (mut at_s, mut at_m, mut speed_m_s) = (first.0, window.from_m, window.speed_m_s);
-        let mut sends = Cursor::new(course, at_s - self.delay_s);
+        let mut sends = Cursor::new(axis_record, at_s - self.delay_s);
         let mut before_n_s = sends.impulse_n_s(at_s - self.delay_s);
         positions_m.push(at_m);
         for &(until_s, _) in &samples[1..] {
@@ -110,15 +115,15 @@ impl Model {
 
 /// Record of one experiment along one axis.
 #[derive(Debug, Clone)]
-pub(super) struct AxisCourse {
+pub(super) struct AxisRecord {
     /// For each command: its time, s, its force, N, and the impulse of all commands before it, N s.
     sends: Vec<(f64, f64, f64)>,
     /// Times of samples, s, and their positions, m.
     pub(super) samples: Vec<(f64, f64)>,
 }
 
-impl AxisCourse {
-    pub(super) fn new(steps: &[Step], axis: usize) -> Self {
+impl AxisRecord {
+    pub(super) fn new(steps: &[TickRecord], axis: usize) -> Self {
         let mut sends: Vec<(f64, f64, f64)> = Vec::with_capacity(steps.len());
         for step in steps {
             let impulse_n_s = sends.last().map_or(0.0, |(at_s, force_n, impulse_n_s)| {
@@ -126,14 +131,14 @@ impl AxisCourse {
             });
             sends.push((step.at_s, step.force_n[axis], impulse_n_s));
         }
-        let seen = |step: &Step| step.at_m.map(|at_m| (step.at_s, at_m[axis]));
+        let seen = |step: &TickRecord| step.at_m.map(|at_m| (step.at_s, at_m[axis]));
         Self {
             sends,
             samples: steps.iter().filter_map(seen).collect(),
         }
     }
 
-    /// The course as if the motors gave `share` of each force beyond `carries_n`.
+    /// The record as if the motors rendered only `share` of each force beyond `carries_n`.
     pub(super) fn scaled(&self, carries_n: f64, share: f64) -> Self {
         let scaled = |(at_s, force_n, impulse_n_s): &(f64, f64, f64)| {
             let carried_n_s = carries_n * (at_s - self.begun_s());
@@ -166,15 +171,15 @@ struct Cursor<'a> {
 }
 
 impl<'a> Cursor<'a> {
-    fn new(course: &'a AxisCourse, from_s: f64) -> Self {
-        let next = course.sends.partition_point(|send| send.0 <= from_s);
+    fn new(axis_record: &'a AxisRecord, from_s: f64) -> Self {
+        let next = axis_record.sends.partition_point(|send| send.0 <= from_s);
         Self {
-            sends: &course.sends,
+            sends: &axis_record.sends,
             at: next.saturating_sub(1),
         }
     }
 
-    /// Impulse of all commands up to a time, N s. The first force is taken to act even before its
+    /// Impulse of all commands up to a time, N s. The first force counts as acting even before its
     /// command.
     fn impulse_n_s(&mut self, at_s: f64) -> f64 {
         while self
@@ -191,7 +196,7 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// A part of a course in which the model starts from its own position and speed.
+/// A part of a record in which the model starts from its own position and speed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Window {
     /// Index of the first sample.
@@ -204,8 +209,8 @@ pub(super) struct Window {
     pub(super) speed_m_s: f64,
 }
 
-/// Length of a window, s: two periods of 25 Hz. The window is long enough that fitting its initial
-/// position and speed takes little of its information.
+/// Length of a window, s: two periods of 25 Hz. The window is so long that its initial position and
+/// speed use up only a little of its information.
 const WINDOW_S: f64 = 0.08;
 /// Longest gap between samples of a window, s. After a longer gap the handle may be anywhere.
 const GAP_S: f64 = 0.005;
@@ -217,9 +222,9 @@ const START_SAMPLES: usize = 8;
 const MOVEMENT_MIN_M: f64 = 0.2e-3;
 
 impl Window {
-    /// All windows of a course.
-    pub(super) fn all(course: &AxisCourse) -> Vec<Self> {
-        let samples = &course.samples;
+    /// All windows of a record.
+    pub(super) fn all(axis_record: &AxisRecord) -> Vec<Self> {
+        let samples = &axis_record.samples;
         let mut windows = Vec::new();
         let mut from = 0;
         while let Some(first) = samples.get(from) {
@@ -259,15 +264,18 @@ impl Window {
         })
     }
 
-    /// The window from a time to the end of the course.
-    pub(super) fn since(course: &AxisCourse, from_s: f64) -> Option<Self> {
-        let samples = &course.samples;
+    /// The window from a time to the end of the record.
+    pub(super) fn since(axis_record: &AxisRecord, from_s: f64) -> Option<Self> {
+        let samples = &axis_record.samples;
         let from = samples.partition_point(|it| it.0 < from_s);
         Self::new(samples, from, samples.len())
     }
 
     /// The window's samples.
-    pub(super) fn of<'a>(&self, course: &'a AxisCourse) -> &'a [(f64, f64)] {
-        course.samples.get(self.from..self.to).unwrap_or_default()
+    pub(super) fn of<'a>(&self, axis_record: &'a AxisRecord) -> &'a [(f64, f64)] {
+        axis_record
+            .samples
+            .get(self.from..self.to)
+            .unwrap_or_default()
     }
 }

@@ -4,28 +4,28 @@ use rt_core::port::DeviceCapabilities;
 
 use super::along::{Axis, rendered_n_m};
 
-/// Distance of an end from 0 or 1 above which the declared travel is said to be unused. The test by
-/// hand (`feel`) allows 0.2, because a person's fingers move the handle there.
+/// Distance of an end from 0 or 1 above which the verdict says that the handle does not use its
+/// declared travel. The test by hand (`feel`) allows 0.2, because there fingers move the handle.
 const END: f64 = 0.05;
-/// Relative difference between the motor's shares of a large and of a small force above which the
-/// motor is said to give less: the accuracy of the measurement.
+/// Largest difference of the ratios of a large and of a small force that counts as none: the
+/// accuracy of the measurement.
 const GIVES: f64 = 0.1;
 
 /// Results along the opening.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Opened {
-    /// Results as along any axis. Places are in metres from half open.
+    /// Results as along the other axes. Positions are in m from half open.
     pub axis: Axis,
     /// Opening at both ends, 0 to 1: shut and wide open.
     pub range: [f64; 2],
-    /// Pairs of a force asked for, N, and the share of it that the motor gave, from small to large
-    /// forces. The shares are relative to the model, which fits all forces together.
+    /// Pairs of a commanded force, N, and the ratio of the rendered to the commanded force, from
+    /// small to large forces. The ratios are relative to the model, which fits all forces together.
     pub given: Vec<[f64; 2]>,
 }
 
 impl Opened {
-    /// Share of the largest force that the motor gave, relative to its share of the smallest force;
-    /// and that largest force, N.
+    /// Ratio of the largest force divided by the ratio of the smallest force; and the largest
+    /// force, N.
     #[must_use]
     pub fn largest(&self) -> Option<(f64, f64)> {
         let (small, large) = (self.given.first()?, self.given.last()?);
@@ -37,7 +37,7 @@ impl Opened {
         let mut said = vec![self.range_verdict(declared)];
         said.extend(self.force_verdict(declared));
         said.push(self.stiffness_verdict(declared));
-        said.extend(self.axis.sticks("opening"));
+        said.extend(self.axis.sticking_verdict("opening"));
         said
     }
 

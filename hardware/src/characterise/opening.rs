@@ -8,16 +8,16 @@ use super::halt::Halt;
 use super::hold::{Hold, STIFFNESS_N_M};
 use super::opened::Opened;
 
-/// Speed at which the spring's end goes to an end of the opening, m/s.
+/// Speed at which the spring's free end moves to an end of the opening, m/s.
 const TO_END_M_S: f64 = 0.03;
-/// Force at which the spring's end stops, as a share of the largest force. A handle that binds
-/// against this force looks as if it were at its end.
+/// Force at which the spring's free end stops, as a share of the largest force. If the handle binds
+/// against this force, that position counts as its end.
 const STRETCH: f64 = 0.8;
 /// Speed below which the opening is at its end, m/s.
 const STILL_M_S: f64 = 0.004;
 /// Time for which the opening must be still at its end, s.
 const STILL_S: f64 = 0.1;
-/// Longest time to an end, s: three times what the widest opening (0.3 m) takes.
+/// Longest time to an end, s: three times the time for the widest opening (0.3 m).
 const PATIENCE_S: f64 = 30.0;
 
 /// Records of the opening.
@@ -32,17 +32,21 @@ impl RecordedOpening {
     /// Fits the model.
     pub(super) fn fitted(&self) -> Result<Opened, String> {
         let axis = self.along.fitted()?;
-        let courses = self.along.repetitions.iter().flat_map(|it| it.courses());
+        let axis_records = self
+            .along
+            .repetitions
+            .iter()
+            .flat_map(|it| it.axis_records());
         Ok(Opened {
-            given: given_shares(courses, &axis),
+            given: given_shares(axis_records, &axis),
             range: self.range,
             axis,
         })
     }
 }
 
-/// All experiments along the opening. A text gives the reason for which nothing can be measured. A
-/// reason that lies in the opening alone does not spoil what was measured before.
+/// Runs all experiments along the opening. The inner error is the reason for which the opening
+/// cannot be measured; the results of the other axes remain valid.
 pub(super) fn opening(
     bench: &mut Bench<'_>,
     hold: &mut Hold,
@@ -105,7 +109,7 @@ fn measured(
     Ok(along.map(|along| RecordedOpening { along, range }))
 }
 
-/// Opens or shuts the handle slowly as far as it goes. Returns the place of its end, m.
+/// Opens or shuts the handle slowly as far as it goes. Returns that position, m.
 fn to_end(bench: &mut Bench<'_>, hold: &mut Hold, sign: f64) -> Result<f64, Halt> {
     let stretch_m = STRETCH * bench.limits().opening_n / STIFFNESS_N_M;
     let mut now = bench.now();

@@ -1,6 +1,6 @@
-//! Places of the virtual walls, and what a person is told at each.
+//! Places of the virtual walls, and the instructions to the person at each.
 
-use super::bench::{Now, OPENING, Vector};
+use super::bench::{HandleState, OPENING, Vector};
 
 /// Place of a wall.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,14 +19,14 @@ impl Place {
         }
     }
 
-    pub(super) const fn lift(self) -> &'static str {
+    pub(super) const fn lift_instruction(self) -> &'static str {
         match self {
             Self::Workspace => "  Lift the handle above the middle of the workspace.",
             Self::Opening => "  Open the handle to more than a half.",
         }
     }
 
-    pub(super) const fn tap(self) -> &'static str {
+    pub(super) const fn tap_instruction(self) -> &'static str {
         match self {
             Self::Workspace => {
                 "  Tap the wall in the middle of the workspace from above, and press it gently."
@@ -36,14 +36,14 @@ impl Place {
     }
 
     /// Distance of the handle from the wall, m; negative inside the wall.
-    pub(super) fn before_m(self, now: &Now) -> f64 {
+    pub(super) fn distance_m(self, now: &HandleState) -> f64 {
         now.at_m[self.axis()]
     }
 
     /// Force of the wall, N.
-    pub(super) fn pushes_n(self, now: &Now, stiffness_n_m: f64) -> Vector {
+    pub(super) fn wall_force_n(self, now: &HandleState, stiffness_n_m: f64) -> Vector {
         let mut force_n = Vector::zeros();
-        force_n[self.axis()] = stiffness_n_m * (-self.before_m(now)).max(0.0);
+        force_n[self.axis()] = stiffness_n_m * (-self.distance_m(now)).max(0.0);
         force_n
     }
 }

@@ -22,8 +22,8 @@ pub struct Characterised {
     /// Results of the axes x, y, z. `None`: the axis was not asked for. A text: the reason for
     /// which nothing could be measured.
     pub axes: [Option<Result<Axis, String>>; 3],
-    /// Time from a command to the sample that confirms the command, s, if the device's protocol has
-    /// such samples.
+    /// Time from a command to the sample that confirms the command, s. `None` if the device's
+    /// protocol has no such samples.
     pub echo_s: Option<f64>,
     /// Result of the virtual wall.
     pub wall: Option<Wall>,
@@ -60,7 +60,7 @@ impl Characterised {
         delays.max_by(|a, b| a.value.total_cmp(&b.value))
     }
 
-    /// Stiffest contact that Calot renders by the measured values, N/m.
+    /// Stiffest contact that Calot renders with the measured values, N/m.
     #[must_use]
     pub fn rendered_n_m(&self) -> Option<f64> {
         let (damping, delay) = (self.damping_n_s_m()?, self.delay_s()?);
@@ -81,7 +81,7 @@ impl Characterised {
         let most_n_m = f64::from(self.declared.stiffness_max_n_m);
         said.extend(self.wall.as_ref().map(|it| wall_verdict(it, most_n_m)));
         for (at, axis) in self.measured() {
-            said.extend(axis.sticks(["x", "y", "z"][at]));
+            said.extend(axis.sticking_verdict(["x", "y", "z"][at]));
         }
         if let Some(Ok(opened)) = &self.opening {
             said.extend(opened.verdicts(&self.declared));

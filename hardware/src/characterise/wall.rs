@@ -3,7 +3,7 @@
 //!
 //! The handle meets every wall from above. If it rested in a wall that becomes stiffer, dry
 //! friction would hide the limit: a Touch then stays still up to three times the stiffness at which
-//! a tap makes it buzz.
+//! it buzzes after a tap.
 
 use rt_core::port::HapticDevice;
 
@@ -81,10 +81,10 @@ impl Wall {
 enum WallOutcome {
     Still,
     Buzzed(f64, f64),
-    Left,
+    Abandoned,
 }
 
-/// Lays one wall after the other across a place, and asks a person to press each. `force_n` is the
+/// Renders one wall after another at a place, and asks a person to press each. `force_n` is the
 /// largest force that a person allows.
 pub fn wall(
     device: &mut dyn HapticDevice,
@@ -98,16 +98,17 @@ pub fn wall(
         bench.begin_opening()?;
     }
     let mut walls = Wall::default();
-    // A still wall stays until the handle is above it. A wall that buzzed is gone at once.
+    // A wall that was still is rendered until the handle is above it. A wall that buzzed is removed
+    // at once.
     let mut stays_n_m = 0.0;
     while let Some(stiffness_n_m) = walls.next_n_m() {
-        let outcome = if lifted(&mut bench, place, stays_n_m, tell)? {
+        let outcome = if wait_until_lifted(&mut bench, place, stays_n_m, tell)? {
             press(&mut bench, place, stiffness_n_m, tell)?
         } else {
-            WallOutcome::Left
+            WallOutcome::Abandoned
         };
         let buzz = match outcome {
-            WallOutcome::Left => {
+            WallOutcome::Abandoned => {
                 walls.was_left = true;
                 break;
             }
@@ -134,9 +135,9 @@ fn said(stiffness_n_m: f64, buzz: Option<(f64, f64)>) -> String {
     }
 }
 
-/// Waits until the handle is above the last wall. Meanwhile that wall stays with the stiffness
-/// `stays_n_m`. Returns false if nobody lifts the handle.
-fn lifted(
+/// Waits until the handle is above the last wall. Meanwhile that wall is rendered with the
+/// stiffness `stays_n_m`. Returns false if nobody lifts the handle.
+fn wait_until_lifted(
     bench: &mut Bench<'_>,
     place: Place,
     stays_n_m: f64,
@@ -147,17 +148,17 @@ fn lifted(
     let mut below_s = now.at_s;
     let mut asked_s = f64::NEG_INFINITY;
     while now.at_s - begun_s < PATIENCE_S {
-        if place.before_m(&now) <= 0.0 {
+        if place.distance_m(&now) <= 0.0 {
             below_s = now.at_s;
         }
         if now.at_s - below_s >= ABOVE_S {
             return Ok(true);
         }
-        if place.before_m(&now) <= 0.0 && now.at_s - asked_s >= ASK_S {
-            tell(place.lift());
+        if place.distance_m(&now) <= 0.0 && now.at_s - asked_s >= ASK_S {
+            tell(place.lift_instruction());
             asked_s = now.at_s;
         }
-        now = bench.tick(place.pushes_n(&now, stays_n_m))?;
+        now = bench.tick(place.wall_force_n(&now, stays_n_m))?;
     }
     bench.cut();
     Ok(false)
@@ -176,14 +177,14 @@ fn press(
     let mut buzz = Buzz::default();
     let (mut pressed_s, mut touched_s, mut asked_s) = (0.0, now.at_s, now.at_s);
     loop {
-        let forces_n = place.pushes_n(&now, stiffness_n_m);
+        let forces_n = place.wall_force_n(&now, stiffness_n_m);
         let force_n = forces_n[place.axis()];
         let before_s = now.at_s;
         now = bench.tick(forces_n)?;
         let is_touched = force_n > 0.0;
-        if buzz.add(now.at_s, place.before_m(&now)) && is_touched {
+        if buzz.add(now.at_s, place.distance_m(&now)) && is_touched {
             bench.cut();
-            let (hz, swing_m) = buzz.tone().unwrap_or_default();
+            let (hz, swing_m) = buzz.frequency_and_swing().unwrap_or_default();
             return Ok(WallOutcome::Buzzed(hz, swing_m));
         }
         if (least_n..=most_n).contains(&force_n) {
@@ -195,14 +196,14 @@ fn press(
         }
         if now.at_s - touched_s > PATIENCE_S {
             bench.cut();
-            return Ok(WallOutcome::Left);
+            return Ok(WallOutcome::Abandoned);
         }
         if now.at_s - touched_s >= ASK_S && now.at_s - asked_s >= ASK_S {
             asked_s = now.at_s;
             tell(if force_n > most_n {
                 "  Press more lightly."
             } else {
-                place.tap()
+                place.tap_instruction()
             });
         }
     }
@@ -213,7 +214,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_search_doubles_then_closes_in() {
+    fn the_search_doubles_and_then_bisects() {
         let limit_n_m = 1234.0;
         let mut walls = Wall::default();
         while let Some(stiffness_n_m) = walls.next_n_m() {

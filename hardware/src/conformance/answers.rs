@@ -15,14 +15,14 @@ use crate::rig::RigHaptic;
 /// ten-thousandth.
 const CLOCK_OFF: f64 = 0.01;
 
-/// Largest relative deviation in any half second. Arrivals jitter.
+/// Largest relative deviation in any half second. It is larger, because arrivals jitter.
 const CLOCK_WANDERS: f64 = 0.015;
 /// Longest time between two forces, ns, while no valid sample comes.
 const SEND_EVERY_NS: u64 = 2_000_000;
 
-/// Sends zero forces for `time` and judges what comes back.
+/// Sends zero forces for `time` and judges the samples that come meanwhile.
 pub(super) fn answers(report: &mut Report, device: &mut RigHaptic, time: Duration) {
-    let mut under_way: Option<(u16, u64)> = None;
+    let mut pending: Option<(u16, u64)> = None;
     let mut round_trips_ns = Vec::new();
     let mut clock = Clock::default();
     let mut motion = Motion::default();
@@ -45,23 +45,23 @@ pub(super) fn answers(report: &mut Report, device: &mut RigHaptic, time: Duratio
             }
             return;
         };
-        if let Some(said_m_s) = device.reported_velocity_m_s() {
+        if let Some(reported_m_s) = device.reported_velocity_m_s() {
             let at_m = sample.device_from_handle.translation.vector;
             let passed_us = last_us.map_or(0, |last| status.device_time_us.wrapping_sub(last));
-            motion.take(at_m, said_m_s, passed_us as f32 * 1.0e-6);
+            motion.take(at_m, reported_m_s, passed_us as f32 * 1.0e-6);
             last_us = Some(status.device_time_us);
         }
-        if let Some((sent, sent_ns)) = under_way
+        if let Some((sent, sent_ns)) = pending
             && status.applied_force.wrapping_sub(sent) < 0x8000
         {
             round_trips_ns.push(now_ns - sent_ns);
-            under_way = None;
+            pending = None;
         }
         due_ns = now_ns + SEND_EVERY_NS;
         device.send(NO_FORCE, now_ns);
-        under_way = under_way.or(Some((device.sent_sequence(), now_ns)));
+        pending = pending.or(Some((device.sent_sequence(), now_ns)));
     });
-    let host = host.missed(device.counters().unread_bytes - unread);
+    let host = host.with_unread(device.counters().unread_bytes - unread);
 
     let echo = quantiles(&mut round_trips_ns);
     let words = format!("force to sample with it in effect {echo}");
@@ -76,7 +76,7 @@ pub(super) fn answers(report: &mut Report, device: &mut RigHaptic, time: Duratio
     }
     match motion.judged() {
         Some((good, words)) => report.judge("velocity", good, words),
-        None => report.leave_open(
+        None => report.mark_not_judged(
             "velocity",
             "the handle hardly moved. Test again and move it by 5 cm to and fro meanwhile",
         ),
@@ -86,7 +86,7 @@ pub(super) fn answers(report: &mut Report, device: &mut RigHaptic, time: Duratio
 /// Judges the rate of the device's clock, on the whole and in each half second.
 fn judge_clock(report: &mut Report, clock: &Clock, host: Host) {
     let Some(rate) = clock.rate() else {
-        report.leave_open(
+        report.mark_not_judged(
             "clock",
             "no sample came whose clock could be read: see `bad frames`",
         );
@@ -104,8 +104,8 @@ fn judge_clock(report: &mut Report, clock: &Clock, host: Host) {
     report.judge_time("clock", good, words, host);
 }
 
-/// Judges the declared delay. It must be at least half of the echo, from which one and a half
-/// sample periods are subtracted first.
+/// Judges the declared delay. It must be at least half of the echo, less three quarters of a sample
+/// period.
 fn judge_delay(report: &mut Report, device: &RigHaptic, echo_s: f32) {
     let said_s = device.declared().delay_s;
     let sample_s = 1.0 / f32::from(device.declared().rate_hz.max(1));

@@ -5,8 +5,8 @@ use std::path::Path;
 use rt_core::port::{HapticDevice, Identity, Polled};
 
 use super::answers::answers;
-use super::samples::{NO_FORCE, name_bad_frames, samples_of};
-use super::watch::{Host, PATIENCE, open, silent_after_close, unplugged, until, until_on};
+use super::samples::{NO_FORCE, name_bad_frames, samples_with_refused};
+use super::watch::{Host, TIMEOUT, open, silent_after_close, unplugged, until, until_timed};
 use super::{Options, Report};
 use crate::rig::device::WATCHDOG_LIMIT_MS;
 use crate::rig::wire::{Capabilities, Status};
@@ -14,7 +14,7 @@ use crate::rig::{BAUD, RigHaptic};
 
 /// Number of tries of the watchdog, because a faulty one may work in some tries.
 const WATCHDOG_TRIES: u32 = 6;
-/// Largest number of tries. Those in which this computer lost bytes are made again.
+/// Largest number of tries. A try in which this computer lost bytes is repeated.
 const WATCHDOG_TRIES_MAX: u32 = 30;
 /// Time, µs, by which a force may outlast the declared time plus one sample, because times are
 /// rounded.
@@ -31,7 +31,7 @@ pub fn haptic(path: &Path, options: &mut Options<'_>) -> Report {
     };
     let Identity { name, serial } = device.identity();
     report.device = format!("haptic device \"{name}\", serial {serial}");
-    samples_of(
+    samples_with_refused(
         &mut report,
         &mut device,
         options.watch,
@@ -43,7 +43,7 @@ pub fn haptic(path: &Path, options: &mut Options<'_>) -> Report {
     drop(device);
     silent_after_close(&mut report, path, BAUD);
     if let Some(mut device) = open(&mut report, "reopen", || RigHaptic::open(path)) {
-        let heard = fresh(&mut device);
+        let heard = has_fresh_sample(&mut device);
         let is_on = device.status().status.contains(Status::FORCE_ON);
         let words = match (heard, is_on) {
             (false, _) => "no valid sample came, so it is not known whether a force is left over",
@@ -56,20 +56,20 @@ pub fn haptic(path: &Path, options: &mut Options<'_>) -> Report {
     report
 }
 
-fn fresh(device: &mut RigHaptic) -> bool {
-    until(PATIENCE, |now_ns| {
+fn has_fresh_sample(device: &mut RigHaptic) -> bool {
+    until(TIMEOUT, |now_ns| {
         !matches!(device.poll(now_ns), Polled::Fresh(_))
     })
 }
 
 /// Time for which the last force stayed, µs, by the device's clock and by this computer's.
 #[derive(Debug, Clone, Copy, Default)]
-struct Held {
+struct HoldTime {
     device_us: u32,
     host_us: u64,
 }
 
-impl Held {
+impl HoldTime {
     /// The longer of both by each clock.
     fn max(self, other: Self) -> Self {
         Self {
@@ -81,8 +81,8 @@ impl Held {
 
 /// Stops sending and measures how long the last force stays. The longest of several tries counts.
 fn watchdog(report: &mut Report, device: &mut RigHaptic) {
-    let mut longest = Held::default();
-    let mut longest_whole = Held::default();
+    let mut longest = HoldTime::default();
+    let mut longest_whole = HoldTime::default();
     let mut whole = 0;
     let mut host = Host::default();
     let unread = device.counters().unread_bytes;
@@ -106,16 +106,16 @@ fn watchdog(report: &mut Report, device: &mut RigHaptic) {
             return;
         }
     }
-    let host = host.missed(device.counters().unread_bytes - unread);
+    let host = host.with_unread(device.counters().unread_bytes - unread);
     judge_held(report, device.declared(), longest, host);
 }
 
 /// Judges the longest time for which a force stayed. `host` has the delays of this computer during
 /// the tries.
-fn judge_held(report: &mut Report, declared: &Capabilities, held: Held, host: Host) {
-    let Held { device_us, host_us } = held;
+fn judge_held(report: &mut Report, declared: &Capabilities, held: HoldTime, host: Host) {
+    let HoldTime { device_us, host_us } = held;
     let declared_ms = declared.watchdog_ms.min(WATCHDOG_LIMIT_MS);
-    // The drop shows in the next sample.
+    // The next sample reports the drop.
     let sample_us = 1_000_000 / u64::from(declared.rate_hz.max(1));
     let allowed_us = u64::from(declared_ms) * 1000 + sample_us + WATCHDOG_ROUNDING_US;
     let ms = |us: u64| us as f64 * 1e-3;
@@ -126,10 +126,11 @@ fn judge_held(report: &mut Report, declared: &Capabilities, held: Held, host: Ho
         ms(host_us)
     );
     if u64::from(device_us) > allowed_us {
-        // A late computer reads the same samples, unless it lost some.
-        report.judge_time("watchdog", false, words, host.only_missed());
+        // These times come from the samples. A late computer reads the same samples, unless it lost
+        // some.
+        report.judge_time("watchdog", false, words, host.unread_only());
     } else {
-        // A busy computer sees the drop late. A watchdog that fails is later still.
+        // A busy computer sees the drop late. A watchdog that fails drops the force even later.
         let late_us = allowed_us + WATCHDOG_ARRIVAL_US;
         report.judge_time("watchdog", host_us <= late_us, words, host);
     }
@@ -137,9 +138,9 @@ fn judge_held(report: &mut Report, declared: &Capabilities, held: Held, host: Ho
 
 /// One try: sends zero force until it is in effect, stops sending, and waits for the watchdog.
 /// Adds the delays of this computer to `host`.
-fn held(device: &mut RigHaptic, host: &mut Host) -> Result<Held, String> {
+fn held(device: &mut RigHaptic, host: &mut Host) -> Result<HoldTime, String> {
     let mut heard = false;
-    let on = until_on(host, PATIENCE, |now_ns| {
+    let on = until_timed(host, TIMEOUT, |now_ns| {
         device.send(NO_FORCE, now_ns);
         heard |= matches!(device.poll(now_ns), Polled::Fresh(_));
         !device.status().status.contains(Status::FORCE_ON)
@@ -159,7 +160,7 @@ fn held(device: &mut RigHaptic, host: &mut Host) -> Result<Held, String> {
     let mut since_ns = None;
     let mut held = None;
     let mut is_off = false;
-    until_on(host, PATIENCE, |now_ns| {
+    until_timed(host, TIMEOUT, |now_ns| {
         device.poll(now_ns);
         let status = device.status();
         is_off = !status.status.contains(Status::FORCE_ON);
@@ -170,7 +171,7 @@ fn held(device: &mut RigHaptic, host: &mut Host) -> Result<Held, String> {
         if drops.count == before {
             return true;
         }
-        held = Some(Held {
+        held = Some(HoldTime {
             device_us: drops.held_us,
             host_us: since_ns.map_or(0, |it| now_ns.saturating_sub(it) / 1000),
         });
@@ -181,7 +182,7 @@ fn held(device: &mut RigHaptic, host: &mut Host) -> Result<Held, String> {
             return "the force went off, and status bit 1 does not say that the watchdog dropped it"
                 .to_owned();
         }
-        format!("the force was not dropped in {} s", PATIENCE.as_secs())
+        format!("the force was not dropped in {} s", TIMEOUT.as_secs())
     })
 }
 
@@ -195,12 +196,17 @@ mod tests {
         let mut report = Report::new("a device");
         let declared = Capabilities::touch_class();
         assert_eq!(declared.watchdog_ms, 50);
-        judge_held(&mut report, &declared, Held { device_us, host_us }, host);
+        judge_held(
+            &mut report,
+            &declared,
+            HoldTime { device_us, host_us },
+            host,
+        );
         report.checks[0].outcome
     }
 
     #[test]
-    fn a_late_computer_is_no_late_watchdog() {
+    fn a_late_computer_is_not_reported_as_a_late_watchdog() {
         let calm = Host::default();
         let busy = Host::of_sleeps_ms(&[1, 1, 70]);
         assert_eq!(outcome(50_500, 51_000, calm), CheckOutcome::Pass);
@@ -212,7 +218,7 @@ mod tests {
     fn a_late_watchdog_fails_on_a_busy_computer_too_unless_samples_were_lost() {
         let busy = Host::of_sleeps_ms(&[1, 1, 70]);
         assert_eq!(outcome(95_000, 95_000, busy), CheckOutcome::Fail);
-        let missed = busy.missed(80);
+        let missed = busy.with_unread(80);
         assert_eq!(outcome(95_000, 95_000, missed), CheckOutcome::NotJudged);
     }
 }

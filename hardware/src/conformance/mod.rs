@@ -141,13 +141,13 @@ impl Report {
     /// was late.
     fn judge_time(&mut self, name: &'static str, good: bool, detail: String, host: watch::Host) {
         match host.excuse() {
-            Some(excuse) if !good => self.leave_open(name, &format!("{detail}; {excuse}")),
+            Some(excuse) if !good => self.mark_not_judged(name, &format!("{detail}; {excuse}")),
             _ => self.judge(name, good, detail),
         }
     }
 
     /// Notes a check that applies but cannot be judged.
-    pub(crate) fn leave_open(&mut self, name: &'static str, why: &str) {
+    pub(crate) fn mark_not_judged(&mut self, name: &'static str, why: &str) {
         self.checks.push(Check {
             name,
             outcome: CheckOutcome::NotJudged,

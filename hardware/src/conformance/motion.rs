@@ -10,15 +10,15 @@ use rt_core::time::TimeNs;
 const STRIDE: usize = 20;
 /// Distance from the first position that the handle must reach before velocity can be judged, m:
 /// far above noise.
-const WAY_MIN_M: f32 = 0.005;
+const DISTANCE_MIN_M: f32 = 0.005;
 
-/// Time between two samples above which the velocity of the second says little about the way
+/// Time between two samples above which the velocity of the second says little about the distance
 /// between them, s.
 const GAP_S: f32 = 0.01;
-/// Length of a window in which the earliest arrival counts, ns. A sample comes late, never early,
-/// so such arrivals follow the device's clock even while this computer is late.
+/// Length of a window in which only the least delayed sample counts, ns. Samples come late, never
+/// early. So the least delayed samples follow the device's clock even while this computer is late.
 const BUCKET_NS: u64 = 100_000_000;
-/// Distance of two such windows whose clocks are compared.
+/// Number of windows between two windows whose clocks are compared.
 const BUCKETS: u64 = 5;
 
 /// Sums that compare reported velocities with positions.
@@ -27,19 +27,19 @@ pub(crate) struct Motion {
     window: VecDeque<(Vec3, Vec3, f32)>,
     first_m: Option<Vec3>,
     farthest_m: f32,
-    said_by_moved: f32,
-    moved_by_moved: f32,
-    said_by_said: f32,
+    reported_dot_moved_m2: f32,
+    moved_squared_m2: f32,
+    reported_squared_m2: f32,
 }
 
 impl Motion {
     /// Takes a sample: position, reported velocity, and the time since the previous sample, s. A
     /// sample after a gap begins anew, because its velocity says little about the gap.
-    pub(crate) fn take(&mut self, at_m: Vec3, said_m_s: Vec3, passed_s: f32) {
+    pub(crate) fn take(&mut self, at_m: Vec3, reported_m_s: Vec3, passed_s: f32) {
         if passed_s > GAP_S {
             self.pause();
         }
-        self.window.push_back((at_m, said_m_s, passed_s));
+        self.window.push_back((at_m, reported_m_s, passed_s));
         let first_m = *self.first_m.get_or_insert(at_m);
         self.farthest_m = self.farthest_m.max((at_m - first_m).norm());
         if self.window.len() <= STRIDE {
@@ -49,10 +49,10 @@ impl Motion {
             return;
         };
         let moved_m = at_m - from_m;
-        let said_m: Vec3 = self.window.iter().map(|(_, said, s)| said * *s).sum();
-        self.said_by_moved += said_m.dot(&moved_m);
-        self.moved_by_moved += moved_m.norm_squared();
-        self.said_by_said += said_m.norm_squared();
+        let reported_m: Vec3 = self.window.iter().map(|(_, said, s)| said * *s).sum();
+        self.reported_dot_moved_m2 += reported_m.dot(&moved_m);
+        self.moved_squared_m2 += moved_m.norm_squared();
+        self.reported_squared_m2 += reported_m.norm_squared();
     }
 
     /// Notes that the next sample does not continue the last one.
@@ -63,25 +63,26 @@ impl Motion {
     /// Distance that the reported velocities add up to, as a share of the distance that the
     /// positions show. `None` if the handle hardly moved.
     pub(crate) fn gain(&self) -> Option<f32> {
-        (self.farthest_m >= WAY_MIN_M).then(|| self.said_by_moved / self.moved_by_moved)
+        (self.farthest_m >= DISTANCE_MIN_M)
+            .then(|| self.reported_dot_moved_m2 / self.moved_squared_m2)
     }
 
-    /// Judgement: whether velocity and positions agree, with words. `None` if the handle hardly
-    /// moved.
+    /// True if velocity and positions agree, with a sentence. `None` if the handle hardly moved.
     pub(crate) fn judged(&self) -> Option<(bool, String)> {
         let gain = self.gain()?;
-        let alike = self.said_by_moved / (self.said_by_said * self.moved_by_moved).sqrt();
-        let words = if self.said_by_said <= 0.0 {
+        let correlation =
+            self.reported_dot_moved_m2 / (self.reported_squared_m2 * self.moved_squared_m2).sqrt();
+        let words = if self.reported_squared_m2 <= 0.0 {
             "it declares a velocity and leaves it zero. Send it, or clear bit 1 of the flags".into()
         } else if gain < 0.0 {
             format!("the velocity has the wrong sign: {gain:.2} of what the positions say")
         } else {
             format!(
                 "the velocity is {gain:.2} of what the positions say, allowed is 0.7 to 1.4, at a \
-                 correlation of {alike:.2}, allowed from 0.8"
+                 correlation of {correlation:.2}, allowed from 0.8"
             )
         };
-        Some(((0.7..=1.4).contains(&gain) && alike >= 0.8, words))
+        Some(((0.7..=1.4).contains(&gain) && correlation >= 0.8, words))
     }
 }
 
@@ -110,7 +111,7 @@ impl Clock {
         }
     }
 
-    /// The rate of [`Self::rate`] in the half second in which it is farthest from 1; `None` before
+    /// Rate as in [`Self::rate`], in the half second in which it is farthest from 1. `None` before
     /// half a second.
     pub(crate) fn worst_rate(&self) -> Option<f64> {
         let span_us = (BUCKETS * BUCKET_NS / 1000) as f64;
@@ -134,20 +135,20 @@ impl Clock {
 mod tests {
     use super::*;
 
-    /// A handle that swings along x by 30 mm, and says its velocity times `by`.
+    /// A handle that swings along x by 30 mm, and reports its velocity times `by`.
     fn swung(by: f32) -> Motion {
         let mut motion = Motion::default();
         for ms in 0..2000 {
             let turn = ms as f32 * 1.0e-3 * std::f32::consts::TAU;
             let at_m = Vec3::x() * (0.03 * turn.sin());
-            let said_m_s = Vec3::x() * (0.03 * std::f32::consts::TAU * turn.cos() * by);
-            motion.take(at_m, said_m_s, 1.0e-3);
+            let reported_m_s = Vec3::x() * (0.03 * std::f32::consts::TAU * turn.cos() * by);
+            motion.take(at_m, reported_m_s, 1.0e-3);
         }
         motion
     }
 
     #[test]
-    fn wrong_signs_units_and_empty_fields_are_told_apart() {
+    fn wrong_signs_units_and_empty_fields_are_distinguished() {
         assert!(swung(1.0).judged().unwrap().0);
         for (by, words) in [(-1.0, "wrong sign"), (0.001, "0.00 of what"), (0.0, "zero")] {
             let (good, said) = swung(by).judged().unwrap();
@@ -157,18 +158,18 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_is_no_wrong_velocity() {
+    fn a_gap_does_not_count_as_a_wrong_velocity() {
         let mut motion = Motion::default();
         for ms in 0..3000 {
             let turn = ms as f32 * 1.0e-3 * std::f32::consts::TAU;
             let at_m = Vec3::x() * (0.03 * turn.sin());
-            let said_m_s = Vec3::x() * (0.03 * std::f32::consts::TAU * turn.cos());
+            let reported_m_s = Vec3::x() * (0.03 * std::f32::consts::TAU * turn.cos());
             // A computer that reads nothing for 60 of 200 ms, and then two samples at once.
             match ms % 200 {
                 0..60 => {}
-                60 => motion.take(at_m, said_m_s, 0.061),
-                61 => motion.take(at_m, said_m_s, 0.0),
-                _ => motion.take(at_m, said_m_s, 1.0e-3),
+                60 => motion.take(at_m, reported_m_s, 0.061),
+                61 => motion.take(at_m, reported_m_s, 0.0),
+                _ => motion.take(at_m, reported_m_s, 1.0e-3),
             }
         }
         let (good, said) = motion.judged().unwrap();
@@ -189,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_wanders_is_found_and_a_late_computer_is_not_blamed() {
+    fn a_drifting_clock_is_found_and_a_late_computer_is_not_reported_as_one() {
         let tau = std::f64::consts::TAU;
         let wanders = |s: f64| 0.02 * 5.0 / tau * (1.0 - (tau * s / 5.0).cos()) * 1e6;
         assert!((worst(wanders, |_| 0) - 1.0).abs() > 0.015);

@@ -23,12 +23,12 @@ pub(super) const NO_FORCE: ForceCommand = ForceCommand {
 
 /// Watches the samples of an open device for `time` at zero force: rate, gaps, ranges.
 pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time: Duration) {
-    samples_of(report, device, time, |_| 0);
+    samples_with_refused(report, device, time, |_| 0);
 }
 
-/// Does what [`samples`] does with a driver that counts the samples which it refused: they came,
-/// so they count for the rate.
-pub(super) fn samples_of<D: HapticDevice>(
+/// Like [`samples`], for a driver that counts the samples that it refused. Such samples arrived, so
+/// they count for the rate.
+pub(super) fn samples_with_refused<D: HapticDevice>(
     report: &mut Report,
     device: &mut D,
     time: Duration,
@@ -39,7 +39,7 @@ pub(super) fn samples_of<D: HapticDevice>(
     let before = device.counters();
     let refused_before = refused(device);
     let mut arrivals = Arrivals::default();
-    let (mut by_line, mut counted) = (arrivals::Arrivals::default(), before.frames);
+    let (mut arrival_pattern, mut counted) = (arrivals::Arrivals::default(), before.frames);
     let mut farthest_m = 0.0f32;
     let mut fastest_m_s = 0.0f32;
     let mut finite = true;
@@ -68,7 +68,7 @@ pub(super) fn samples_of<D: HapticDevice>(
         if let Polled::Fresh(sample) = polled {
             arrivals.add(now_ns);
             let frames = device.counters().frames;
-            by_line.take(frames.saturating_sub(counted), sample.at_ns);
+            arrival_pattern.take(frames.saturating_sub(counted), sample.at_ns);
             counted = frames;
             let pose = sample.device_from_handle;
             let velocity_m_s = sample.velocity_m_s.unwrap_or_default();
@@ -88,7 +88,7 @@ pub(super) fn samples_of<D: HapticDevice>(
     let bad = after.bad_frames - before.bad_frames;
     let refused = refused(device) - refused_before;
     let sent_hz = (frames + lost + refused) as f32 / seconds;
-    let host = host.missed(after.unread_bytes - before.unread_bytes);
+    let host = host.with_unread(after.unread_bytes - before.unread_bytes);
 
     judge_freedom(report, device.freedom(), turned || arrivals.count() == 0);
     let declared_hz = capabilities.rate_hz;
@@ -138,10 +138,10 @@ pub(super) fn samples_of<D: HapticDevice>(
         host,
     );
     judge_findings(report, found, bundle_ms, host);
-    judge_arrivals(report, by_line.found(), host);
+    judge_arrivals(report, arrival_pattern.found(), host);
     if arrivals.count() == 0 {
         for name in ["finite", "noise", "opening", "workspace", "speed"] {
-            report.leave_open(name, "there was no valid sample");
+            report.mark_not_judged(name, "there was no valid sample");
         }
         return;
     }
@@ -262,7 +262,8 @@ impl Openings {
     }
 }
 
-/// Judges what adapter and USB do to the samples. Frames of full-speed USB are no fault, but told.
+/// Judges the arrivals of the samples. Waiting for the frames of full-speed USB is reported, but is
+/// no fault.
 fn judge_arrivals(report: &mut Report, pattern: Option<Pattern>, host: Host) {
     let is_good = !matches!(pattern, Some(Pattern::Ftdi | Pattern::Batches { .. }));
     let words = pattern.map_or_else(
@@ -307,7 +308,8 @@ fn judge_findings(report: &mut Report, found: FaultSet, bundle_ms: u32, host: Ho
     } else {
         format!("found: {}", names.join(", "))
     };
-    // Both are no fault of the samples, but they explain a force that is weaker than asked for.
+    // The next two findings are no faults of the samples. They explain a force that is weaker than
+    // commanded.
     if found.contains(Fault::DeviceLimited) {
         detail += "; the device says that it limits its force (status bit 2: heat or current)";
     }

@@ -12,7 +12,7 @@ use crate::HardwareError;
 use crate::line::{Line, Read};
 
 /// Longest wait for an expected event.
-pub(super) const PATIENCE: Duration = Duration::from_secs(5);
+pub(super) const TIMEOUT: Duration = Duration::from_secs(5);
 
 /// `CLOCK_MONOTONIC`, ns.
 pub(super) fn now_ns() -> TimeNs {
@@ -23,11 +23,11 @@ pub(super) fn now_ns() -> TimeNs {
 /// Calls `step` about 4000 times a second until it returns false or `limit` is over. Returns true
 /// if `step` returned false.
 pub(super) fn until(limit: Duration, step: impl FnMut(TimeNs) -> bool) -> bool {
-    until_on(&mut Host::default(), limit, step)
+    until_timed(&mut Host::default(), limit, step)
 }
 
-/// Does what [`until`] does, and adds the delays of this computer to `host`.
-pub(super) fn until_on(
+/// Like [`until`]; also adds the delays of this computer to `host`.
+pub(super) fn until_timed(
     host: &mut Host,
     limit: Duration,
     mut step: impl FnMut(TimeNs) -> bool,
@@ -37,14 +37,14 @@ pub(super) fn until_on(
     let (mut began_ns, mut done_ns) = (start_ns, start_ns);
     loop {
         let at_ns = now_ns();
-        host.looked(since(began_ns, done_ns), since(done_ns, at_ns));
+        host.add_step(since(began_ns, done_ns), since(done_ns, at_ns));
         if since(start_ns, at_ns) >= limit {
             return false;
         }
         let goes_on = step(at_ns);
         (began_ns, done_ns) = (at_ns, now_ns());
         if !goes_on {
-            host.looked(since(began_ns, done_ns), Duration::ZERO);
+            host.add_step(since(began_ns, done_ns), Duration::ZERO);
             return true;
         }
         thread::sleep(Duration::from_micros(250));
@@ -62,7 +62,7 @@ pub(super) struct Host {
 }
 
 impl Host {
-    /// A sleep of 0.25 ms that takes longer than this counts as a delay of this computer.
+    /// Duration above which a sleep of 0.25 ms counts as a delay of this computer.
     const LATE: Duration = Duration::from_millis(2);
     /// Largest share of late time with which this computer may judge a device's timing.
     const SHARE_MAX: f32 = 0.05;
@@ -72,14 +72,14 @@ impl Host {
     pub(super) fn of_sleeps_ms(sleeps_ms: &[u64]) -> Self {
         let mut host = Self::default();
         for &ms in sleeps_ms {
-            host.looked(Duration::ZERO, Duration::from_millis(ms));
+            host.add_step(Duration::ZERO, Duration::from_millis(ms));
         }
         host
     }
 
     /// Records one step and the sleep after it. Only a sleep that took too long counts as a delay,
     /// so a slow driver is no excuse.
-    fn looked(&mut self, took: Duration, slept: Duration) {
+    fn add_step(&mut self, took: Duration, slept: Duration) {
         self.watched += took + slept;
         if slept > Self::LATE {
             self.waited += slept;
@@ -87,14 +87,14 @@ impl Host {
     }
 
     /// Notes bytes that this computer did not read in time.
-    pub(super) const fn missed(mut self, unread: u64) -> Self {
+    pub(super) const fn with_unread(mut self, unread: u64) -> Self {
         self.unread += unread;
         self
     }
 
     /// Only the bytes that this computer did not read in time.
-    pub(super) fn only_missed(self) -> Self {
-        Self::default().missed(self.unread)
+    pub(super) fn unread_only(self) -> Self {
+        Self::default().with_unread(self.unread)
     }
 
     /// Share of the time for which this computer was late.
@@ -125,7 +125,7 @@ impl Host {
 /// Calls `step` like [`until`] for all of `limit`, and returns the delays of this computer.
 pub(super) fn watch(limit: Duration, mut step: impl FnMut(TimeNs)) -> Host {
     let mut host = Host::default();
-    until_on(&mut host, limit, |at_ns| {
+    until_timed(&mut host, limit, |at_ns| {
         step(at_ns);
         true
     });
@@ -190,7 +190,7 @@ pub(super) fn silent_after_close(report: &mut Report, path: &Path, baud: u32) {
         heard
     });
     match heard {
-        // Bytes that were under way at closing may still arrive.
+        // Bytes that were already sent at closing may still arrive.
         Ok(heard) => report.judge(
             "close",
             heard < 256,
@@ -212,7 +212,7 @@ pub(super) fn unplugged<T>(
     };
     unplug();
     let start = Instant::now();
-    let lost = until(PATIENCE, |now_ns| !matches!(poll(now_ns), Polled::Lost));
+    let lost = until(TIMEOUT, |now_ns| !matches!(poll(now_ns), Polled::Lost));
     let stays = matches!(poll(now_ns()), Polled::Lost);
     let ms = start.elapsed().as_millis();
     let words = match (lost, stays) {
@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn a_computer_that_keeps_up_excuses_nothing() {
+    fn a_punctual_computer_excuses_no_late_sample() {
         assert_eq!(host(&[1; 1000]).excuse(), None);
         // One delay in a watch of one second: 3 %.
         let mut looks = vec![1; 970];
@@ -265,20 +265,20 @@ mod tests {
     }
 
     #[test]
-    fn a_driver_that_holds_its_caller_up_is_no_excuse() {
+    fn a_driver_that_blocks_its_caller_excuses_nothing() {
         let mut slow = Host::default();
-        (0..10).for_each(|_| slow.looked(Duration::from_millis(90), Duration::from_millis(1)));
+        (0..10).for_each(|_| slow.add_step(Duration::from_millis(90), Duration::from_millis(1)));
         assert_eq!(slow.excuse(), None);
     }
 
     #[test]
-    fn a_computer_that_was_elsewhere_says_for_how_long() {
+    fn a_pause_of_the_computer_is_reported_with_its_length() {
         let excuse = host(&[1, 1, 90, 1, 1, 6]).excuse().unwrap();
         assert!(excuse.contains("96 of 100 ms"), "{excuse}");
     }
 
     #[test]
-    fn lateness_is_judged_only_on_a_computer_that_kept_time() {
+    fn lateness_is_tested_only_on_a_punctual_computer() {
         let mut report = Report::new("a device");
         let [idle, busy] = [host(&[1; 10]), host(&[9; 10])];
         report.judge_time("rate", false, "too slow".into(), idle);

@@ -41,7 +41,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn the_librarys_right_is_ours_and_back() {
+    fn directions_of_the_library_are_converted_and_back() {
         assert_eq!(ours([0.0, 1.0, 0.0]), Vec3::x(), "right");
         assert_eq!(ours([0.0, 0.0, 1.0]), Vec3::y(), "up");
         assert_eq!(ours([1.0, 0.0, 0.0]), Vec3::z(), "to the user");
@@ -50,7 +50,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_that_are_no_rotation_are_refused() {
+    fn a_matrix_that_is_no_rotation_is_refused() {
         assert!(rotation(&[f64::NAN; 9]).is_none());
         assert!(rotation(&[0.0; 9]).is_none());
         let mirror = [-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
@@ -58,9 +58,9 @@ mod tests {
     }
 
     proptest! {
-        /// To turn a vector and then convert it gives the same as to convert it and then turn it.
+        /// Rotating and converting a vector gives the same result in either order.
         #[test]
-        fn turning_and_converting_commute(
+        fn rotating_and_converting_commute(
             turn in [-3.0f64..3.0, -3.0..3.0, -3.0..3.0],
             point in [-1.0f64..1.0, -1.0..1.0, -1.0..1.0],
         ) {

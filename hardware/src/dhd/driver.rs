@@ -17,15 +17,15 @@ use rt_core::time::TimeNs;
 use super::library::{Dhd, Handle, Parts};
 use super::model;
 use super::servo::Servo;
-use super::shared::{Shared, Wish};
+use super::shared::{Command, Shared};
 use crate::HardwareError;
 use crate::motion::faster;
 use crate::trail::Trail;
-use crate::vendor::Door;
+use crate::vendor::LibraryAccess;
 
 /// Lets one driver at a time use the library.
-static DOOR: Door = Door::new("calot-dhd");
-/// Time over which the library takes the mean velocity, ms. The library's default of 20 ms would
+static ACCESS: LibraryAccess = LibraryAccess::new("calot-dhd");
+/// Time over which the library averages the velocity, ms. The library's default of 20 ms would
 /// delay the velocity by 10 ms.
 const VELOCITY_WINDOW_MS: i32 = 5;
 /// `drop` waits this long for the thread to send zero force and to end.
@@ -39,9 +39,9 @@ pub struct DhdHaptic {
     parts: Parts,
     capabilities: DeviceCapabilities,
     identity: String,
-    last_turn: u32,
+    last_version: u32,
     counters: LineCounters,
-    /// Number of samples refused as impossible jumps, at the last poll.
+    /// Value of `Shared::leaps` at the last poll.
     refused_jumps: u32,
     trail: Trail,
     /// Number of jumps accepted as the new place, at the last poll.
@@ -54,7 +54,7 @@ struct Release;
 
 impl Drop for Release {
     fn drop(&mut self) {
-        DOOR.release();
+        ACCESS.release();
     }
 }
 
@@ -68,12 +68,16 @@ impl DhdHaptic {
             None => "first Force Dimension device".to_owned(),
         });
         let (own_library, own_path) = (library.to_path_buf(), path.clone());
-        DOOR.open(&path, library, move || {
-            Self::open_now(&own_library, serial, &own_path)
+        ACCESS.open(&path, library, move || {
+            Self::open_directly(&own_library, serial, &own_path)
         })
     }
 
-    fn open_now(library: &Path, serial: Option<u16>, path: &Path) -> Result<Self, HardwareError> {
+    fn open_directly(
+        library: &Path,
+        serial: Option<u16>,
+        path: &Path,
+    ) -> Result<Self, HardwareError> {
         let dhd = Dhd::load(library)?;
         if dhd.device_count() <= 0 {
             return Err(HardwareError::NoForceDevice {
@@ -91,7 +95,8 @@ impl DhdHaptic {
         let identity = format!("{} {number}", handle.name());
         let capabilities = model::capabilities(handle.model(), parts);
         handle.configure_velocity(VELOCITY_WINDOW_MS);
-        // With the first force, even zero, the library begins to carry the weight of the arms.
+        // With the first force, even a zero force, the library begins to compensate the weight of
+        // the arms.
         let nothing = [0.0; 3];
         if !handle.set_force(nothing, nothing, 0.0) || !handle.enable_force() {
             return Err(library_error(path, "enabling the force", dhd.last_error()));
@@ -116,7 +121,7 @@ impl DhdHaptic {
             parts,
             capabilities,
             identity,
-            last_turn: 0,
+            last_version: 0,
             counters: LineCounters::default(),
             refused_jumps: 0,
             trail: Trail::default(),
@@ -208,14 +213,14 @@ impl HapticDevice for DhdHaptic {
         faults.raise_if(is_forceless, Fault::DeafDevice);
         self.refused_jumps = leaps;
         self.findings.faults = faults;
-        let Some((turn, sample)) = self.shared.sample() else {
+        let Some((version, sample)) = self.shared.sample() else {
             return Polled::Nothing;
         };
-        if turn == self.last_turn {
+        if version == self.last_version {
             return Polled::Nothing;
         }
         // A sample that a newer one replaced before this poll does not count as lost on the line.
-        self.last_turn = turn;
+        self.last_version = version;
         self.counters.frames += 1;
         self.findings.leapt = sample.jumps != self.accepted_jumps;
         self.accepted_jumps = sample.jumps;
@@ -241,7 +246,7 @@ impl HapticDevice for DhdHaptic {
     }
 
     fn send(&mut self, command: ForceCommand, now_ns: TimeNs) {
-        self.shared.ask(&Wish {
+        self.shared.send_command(&Command {
             force_n: command.force_n,
             torque_nm: command.torque_nm,
             opening_n: command.opening_n,
@@ -276,7 +281,7 @@ impl Drop for DhdHaptic {
             }
             match thread.is_finished() {
                 true => drop(thread.join()),
-                false => DOOR.hang(),
+                false => ACCESS.mark_hung(),
             }
         }
     }

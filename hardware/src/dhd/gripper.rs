@@ -62,7 +62,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_closed_gripper_presses_until_it_is_well_open() {
+    fn a_closed_gripper_stays_pressed_until_it_is_clearly_open() {
         let mut gripper = Gripper::new(false);
         let mut pressed_at = |deg: f64| {
             gripper.take(deg);

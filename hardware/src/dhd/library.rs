@@ -1,7 +1,8 @@
 //! The part of the DHD API that Calot uses.
 //!
-//! Symbols and numbers as in `dhdc.h` 3.7; later versions only add some. Every function is C, takes
-//! plain numbers and pointers to numbers, and may be called from any thread. `bool` is one byte.
+//! Symbols and numbers are those of `dhdc.h` 3.7; later versions only add some. Every function is a
+//! C function. It takes plain numbers and pointers to numbers, and any thread may call it. `bool`
+//! is one byte.
 #![allow(unsafe_code)] // All calls into Force Dimension's library are here.
 
 use std::ffi::{CStr, c_char, c_int, c_uchar, c_uint, c_ushort};
@@ -14,11 +15,11 @@ use crate::vendor::{Product, incomplete, refused, symbols};
 
 /// Remedies for a person whose library is refused.
 const PRODUCT: Product = Product {
-    version: "Calot needs the Force Dimension SDK 3.7 or newer: install it (forcedimension.com/software/sdk)",
-    install: "Install the Force Dimension SDK (forcedimension.com/software/sdk) and run `sudo ldconfig DIR` on \
+    wrong_version: "Calot needs the Force Dimension SDK 3.7 or newer: install it (forcedimension.com/software/sdk)",
+    missing: "Install the Force Dimension SDK (forcedimension.com/software/sdk) and run `sudo ldconfig DIR` on \
               its folder lib/release/…, or name its libdhd.so.3 as `path`",
-    again: "Install the Force Dimension SDK again (forcedimension.com/software/sdk), or name another libdhd.so.3",
-    itself: "Name the library itself, e.g. libdhd.so.3 in the SDK's folder lib/release/…",
+    broken: "Install the Force Dimension SDK again (forcedimension.com/software/sdk), or name another libdhd.so.3",
+    not_a_library: "Name the library itself, e.g. libdhd.so.3 in the SDK's folder lib/release/…",
 };
 
 /// Length of the array for the status. The API has 17 entries; newer versions may have more.
@@ -77,7 +78,7 @@ impl Dhd {
         Ok(Box::leak(Box::new(table)))
     }
 
-    /// Number of devices on this computer, also those in use by other programs.
+    /// Number of devices on this computer, including those in use by other programs.
     pub(super) fn device_count(&self) -> i32 {
         // SAFETY: no arguments.
         unsafe { (self.device_count)() }
@@ -160,8 +161,8 @@ impl Handle {
     pub(super) fn serial(&self) -> Option<u16> {
         let mut serial = 0;
         // SAFETY: the library writes one number.
-        let said = unsafe { (self.dhd.serial_number)(&raw mut serial, self.id) };
-        (said >= 0).then_some(serial)
+        let code = unsafe { (self.dhd.serial_number)(&raw mut serial, self.id) };
+        (code >= 0).then_some(serial)
     }
 
     pub(super) fn parts(&self) -> Parts {
@@ -179,9 +180,9 @@ impl Handle {
     pub(super) fn status(&self) -> Option<Status> {
         let mut entries = [0; STATUS_MAX];
         // SAFETY: the library writes as many numbers as its status has, 17 in version 3.14.
-        let said = unsafe { (self.dhd.status)(entries.as_mut_ptr(), self.id) };
+        let code = unsafe { (self.dhd.status)(entries.as_mut_ptr(), self.id) };
         let is = |entry: usize| entries[entry] != 0;
-        (said >= 0).then(|| Status {
+        (code >= 0).then(|| Status {
             is_reset: is(RESET),
             // The modes reset, idle, force and brake exclude each other. A status without any mode
             // does not count as forceless.
@@ -201,7 +202,7 @@ impl Handle {
         let _ = unsafe { (self.dhd.stop)(self.id) };
     }
 
-    /// Sets the time over which the library takes the mean velocity.
+    /// Sets the time over which the library averages the velocity.
     pub(super) fn configure_velocity(&self, window_ms: i32) {
         // SAFETY: plain numbers.
         let _ = unsafe { (self.dhd.configure_velocity)(window_ms, WINDOWING, self.id) };
@@ -211,8 +212,8 @@ impl Handle {
     pub(super) fn position(&self) -> Option<[f64; 3]> {
         let [mut x, mut y, mut z] = [f64::NAN; 3];
         // SAFETY: the library writes one number to each.
-        let said = unsafe { (self.dhd.position)(&raw mut x, &raw mut y, &raw mut z, self.id) };
-        (said >= 0).then_some([x, y, z])
+        let code = unsafe { (self.dhd.position)(&raw mut x, &raw mut y, &raw mut z, self.id) };
+        (code >= 0).then_some([x, y, z])
     }
 
     /// Position, m, and rotation matrix, row by row, of a device with a wrist.
@@ -221,24 +222,24 @@ impl Handle {
         let mut rows = [f64::NAN; 9];
         let to = rows.as_mut_ptr();
         // SAFETY: the library writes one number to each, and nine to the matrix.
-        let said = unsafe { (self.dhd.pose)(&raw mut x, &raw mut y, &raw mut z, to, self.id) };
-        (said >= 0).then_some(([x, y, z], rows))
+        let code = unsafe { (self.dhd.pose)(&raw mut x, &raw mut y, &raw mut z, to, self.id) };
+        (code >= 0).then_some(([x, y, z], rows))
     }
 
     /// Velocity, m/s; `None` before the library has two positions.
     pub(super) fn velocity(&self) -> Option<[f64; 3]> {
         let [mut x, mut y, mut z] = [f64::NAN; 3];
         // SAFETY: the library writes one number to each.
-        let said = unsafe { (self.dhd.velocity)(&raw mut x, &raw mut y, &raw mut z, self.id) };
-        (said >= 0).then_some([x, y, z])
+        let code = unsafe { (self.dhd.velocity)(&raw mut x, &raw mut y, &raw mut z, self.id) };
+        (code >= 0).then_some([x, y, z])
     }
 
     /// Angle of the gripper, degrees.
     pub(super) fn gripper_deg(&self) -> Option<f64> {
         let mut angle = f64::NAN;
         // SAFETY: the library writes one number.
-        let said = unsafe { (self.dhd.gripper_angle)(&raw mut angle, self.id) };
-        (said >= 0).then_some(angle)
+        let code = unsafe { (self.dhd.gripper_angle)(&raw mut angle, self.id) };
+        (code >= 0).then_some(angle)
     }
 
     /// Buttons pressed, one bit each. `None` if all bits are set, which stands for an error.

@@ -5,7 +5,7 @@
 //! makes these calls a thousand times a second. Samples and forces pass through sequence locks, so
 //! that neither side waits.
 //!
-//! The library adds gravity compensation to every force that the driver sends, also to zero force.
+//! The library adds gravity compensation to every force that the driver sends, even to zero force.
 //! The devices brake by themselves when they move too fast or receive nothing.
 //!
 //! Sources: the library's header `dhdc.h` (3.7, as in `WPI-AIM/ambf`), its documentation (3.14, as

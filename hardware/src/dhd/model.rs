@@ -3,16 +3,16 @@
 //! The library reports no capabilities. Forces, torques and stiffness come from CHAI3D
 //! (`CDeltaDevices.cpp`, 3.2). The peak force of a sigma.7 comes from its makers (Tobergte et al.,
 //! "The sigma.7 haptic interface for MiroSurge", IROS 2011), who also state a torque twice as
-//! large. Neither source has a lambda, so it gets CHAI3D's figures for a sigma.7. The reach is half
-//! the diagonal of the workspace in the maker's leaflets, plus a margin.
+//! large. Neither source has a lambda, so it gets CHAI3D's figures for a sigma.7. The workspace's
+//! radius is half the diagonal of the workspace in the maker's leaflets, plus a margin.
 //!
 //! A gripper opens by 25 mm and renders 8 N (leaflets of omega.7 and sigma.7); 1000 N/m is CHAI3D's
 //! figure for grippers.
 //!
 //! For all models the device's own damping is assumed, and the delay is that of a Touch on USB.
-//! CHAI3D's largest damping is for loops of 4 kHz, so a third of it is taken for this loop. No
-//! source states the force that the motors bear for ever. Half of the peak is taken, for a sigma.7
-//! 60 % of it, for a Falcon less than half.
+//! CHAI3D's largest damping is meant for loops of 4 kHz, so this table has a third of it. No source
+//! states a continuous force. The table assumes half of the peak; 60 % for a sigma.7, less than
+//! half for a Falcon.
 
 use rt_core::port::{DeviceCapabilities, Opening};
 
@@ -131,7 +131,7 @@ mod tests {
     };
 
     #[test]
-    fn every_model_has_figures_that_make_sense() {
+    fn every_model_has_plausible_figures() {
         for number in (0..300).chain([-1]) {
             let found = capabilities(number, ALL);
             let numbers = [
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn a_model_that_is_not_known_is_weaker_than_any_that_is() {
+    fn an_unknown_model_has_less_force_than_any_known_one() {
         let unknown = capabilities(91, ALL);
         for number in [33, 35, 63, 104, 108, 60] {
             let known = capabilities(number, ALL);

@@ -12,14 +12,14 @@ use rt_core::time::TimeNs;
 use super::axes;
 use super::gripper::Gripper;
 use super::library::{Handle, Parts};
-use super::shared::{NOTHING, Sample, Shared, Wish};
+use super::shared::{Command, Sample, Shared, ZERO_COMMAND};
 use crate::gate::Gate;
 use crate::line::now_ns;
 
-/// Interval between two turns of the thread. Each turn takes a sample and sends a force.
+/// Interval between two cycles of the thread. Each cycle takes a sample and sends a force.
 const PERIOD: Duration = Duration::from_millis(1);
-/// Number of turns between two reads of the status of the device's controller.
-const STATUS_TURNS: u32 = 100;
+/// Number of cycles between two reads of the status of the device's controller.
+const STATUS_CYCLES: u32 = 100;
 /// Time without a single answer after which the device counts as lost.
 const LOST_AFTER: Duration = Duration::from_millis(100);
 /// Fastest plausible movement of the handle, m/s.
@@ -28,8 +28,8 @@ const SPEED_LIMIT_M_S: f32 = 5.0;
 const NOISE_M: f32 = 0.002;
 /// Farthest plausible position from the middle, in workspace radii.
 const REACH: f32 = 3.0;
-/// Number of turns over which the force grows back after the device had removed it.
-const RETURN_TURNS: f64 = 500.0;
+/// Number of cycles over which the force rises again after the device had removed it.
+const RISE_CYCLES: f64 = 500.0;
 
 /// `wanted`, shortened to at most `most`. Zero if `wanted` is not finite.
 fn clamp(wanted: Vec3, most: f32) -> Vec3 {
@@ -43,8 +43,8 @@ fn clamp(wanted: Vec3, most: f32) -> Vec3 {
     wanted * (most / norm)
 }
 
-/// The device and the state of its thread. Dropping a `Servo`, however the thread ends, brakes the
-/// motors and tells the tick that the device is lost.
+/// The device and the state of its thread. However the thread ends, dropping the `Servo` brakes the
+/// motors and marks the device as lost.
 #[derive(Debug)]
 pub(super) struct Servo {
     handle: Handle,
@@ -56,10 +56,10 @@ pub(super) struct Servo {
     gripper: Gripper,
     count: u32,
     jumps: u32,
-    turns: u32,
+    cycles: u32,
     is_reset: bool,
     /// Share of the force that is rendered, 0 to 1.
-    share: f64,
+    force_share: f64,
     failing_since: Option<Instant>,
 }
 
@@ -80,11 +80,11 @@ impl Servo {
             gripper: Gripper::new(parts.is_left_handed),
             count: 0,
             jumps: 0,
-            // Not 0, so that the status is first read after 99 turns: the controller needs some
+            // Not 0, so that the status is first read after 99 cycles: the controller needs some
             // time to enable the force.
-            turns: 1,
+            cycles: 1,
             is_reset: false,
-            share: 1.0,
+            force_share: 1.0,
             failing_since: None,
         }
     }
@@ -92,7 +92,7 @@ impl Servo {
     /// Serves the device until the driver ends or the device is lost.
     pub(super) fn serve(mut self) {
         let mut due = Instant::now();
-        while self.shared.running.load(Ordering::Acquire) && self.turn() {
+        while self.shared.running.load(Ordering::Acquire) && self.cycle() {
             // Missed periods are skipped.
             due = (due + PERIOD).max(Instant::now());
             thread::sleep(due.saturating_duration_since(Instant::now()));
@@ -100,11 +100,11 @@ impl Servo {
     }
 
     /// One sample and one force. False when the device is lost.
-    fn turn(&mut self) -> bool {
-        if self.turns.is_multiple_of(STATUS_TURNS) {
-            self.look_at_controller();
+    fn cycle(&mut self) -> bool {
+        if self.cycles.is_multiple_of(STATUS_CYCLES) {
+            self.read_controller_status();
         }
-        self.turns = self.turns.wrapping_add(1);
+        self.cycles = self.cycles.wrapping_add(1);
         let read = self.read();
         if let Some((position, rows)) = &read {
             self.failing_since = None;
@@ -114,8 +114,8 @@ impl Servo {
         }
         // A single failed read does not change the force, because the tick itself lets its force
         // fade when samples are missing.
-        let wish = self.shared.wish();
-        self.render(&wish);
+        let command = self.shared.command();
+        self.render(&command);
         if read.is_some() {
             return true;
         }
@@ -123,7 +123,7 @@ impl Servo {
         since.elapsed() <= LOST_AFTER
     }
 
-    fn look_at_controller(&mut self) {
+    fn read_controller_status(&mut self) {
         let Some(status) = self.handle.status() else {
             return;
         };
@@ -132,7 +132,7 @@ impl Servo {
             .is_forceless
             .store(status.is_forceless, Ordering::Release);
         if status.is_forceless {
-            self.share = 0.0;
+            self.force_share = 0.0;
         }
     }
 
@@ -200,20 +200,20 @@ impl Servo {
         self.gripper.take(angle_deg)
     }
 
-    /// Sends a wish within the device's limits. Zero force is sent too, because the library adds
-    /// the force that carries the arms to every force sent.
-    fn render(&mut self, wish: &Wish) {
+    /// Sends the commanded force within the device's limits. Zero force is sent too, because the
+    /// library adds gravity compensation to every force that it is sent.
+    fn render(&mut self, command: &Command) {
         if self.shared.is_forceless.load(Ordering::Acquire) {
-            self.share = 0.0;
+            self.force_share = 0.0;
         }
-        let share = self.share;
-        self.share = (share + 1.0 / RETURN_TURNS).min(1.0);
+        let force_share = self.force_share;
+        self.force_share = (force_share + 1.0 / RISE_CYCLES).min(1.0);
         let scaled =
-            |wanted: Vec3, most: f32| axes::theirs(&clamp(wanted, most)).map(|x| x * share);
-        let force = scaled(wish.force_n, self.limits.force_max_n);
-        let torque = scaled(wish.torque_nm, self.limits.torque_max_nm);
+            |wanted: Vec3, most: f32| axes::theirs(&clamp(wanted, most)).map(|x| x * force_share);
+        let force = scaled(command.force_n, self.limits.force_max_n);
+        let torque = scaled(command.torque_nm, self.limits.torque_max_nm);
         let gripper = match self.parts.has_active_gripper {
-            true => self.gripper.force_n(wish.opening_n) * share,
+            true => self.gripper.force_n(command.opening_n) * force_share,
             false => 0.0,
         };
         if !self.handle.set_force(force, torque, gripper) {
@@ -225,7 +225,7 @@ impl Servo {
 impl Drop for Servo {
     fn drop(&mut self) {
         self.shared.is_lost.store(true, Ordering::Release);
-        self.render(&NOTHING);
+        self.render(&ZERO_COMMAND);
         self.handle.stop();
     }
 }

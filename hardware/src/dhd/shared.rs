@@ -25,8 +25,8 @@ pub(super) struct Shared {
     pub(super) refusals: AtomicU32,
     /// A [`Sample`].
     sample: Slot<16>,
-    /// A [`Wish`].
-    wish: Slot<9>,
+    /// A [`Command`].
+    command: Slot<9>,
 }
 
 /// One sample, in our axes.
@@ -45,9 +45,9 @@ pub(super) struct Sample {
     pub(super) jumps: u32,
 }
 
-/// Force, torque and the gripper's opening force that the tick wants, in our axes.
+/// Force, torque and the gripper's opening force that the tick commands, in our axes.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Wish {
+pub(super) struct Command {
     pub(super) force_n: Vec3,
     pub(super) torque_nm: Vec3,
     pub(super) opening_n: f32,
@@ -55,7 +55,7 @@ pub(super) struct Wish {
 }
 
 /// No force at all.
-pub(super) const NOTHING: Wish = Wish {
+pub(super) const ZERO_COMMAND: Command = Command {
     force_n: Vec3::new(0.0, 0.0, 0.0),
     torque_nm: Vec3::new(0.0, 0.0, 0.0),
     opening_n: 0.0,
@@ -72,13 +72,13 @@ impl Shared {
             leaps: AtomicU32::new(0),
             refusals: AtomicU32::new(0),
             sample: Slot::new(),
-            wish: Slot::new(),
+            command: Slot::new(),
         }
     }
 
     /// Newest sample and its sequence count.
     pub(super) fn sample(&self) -> Option<(u32, Sample)> {
-        let (turn, words) = self.sample.read()?;
+        let (version, words) = self.sample.read()?;
         let [x, y, z, i, j, k, w, vx, vy, vz, opening, ..] = words.map(f32::from_bits);
         let [.., buttons, count, low, high, jumps] = words;
         let sample = Sample {
@@ -91,10 +91,10 @@ impl Shared {
             at_ns: time(low, high),
             jumps,
         };
-        Some((turn, sample))
+        Some((version, sample))
     }
 
-    /// Hands a sample to the tick.
+    /// Passes a sample to the tick.
     pub(super) fn publish(&self, sample: &Sample) {
         let [x, y, z] = bits(&sample.position_m);
         let q = sample.rotation;
@@ -121,27 +121,27 @@ impl Shared {
         ]);
     }
 
-    /// Hands a wish (the wanted forces) to the thread.
-    pub(super) fn ask(&self, wish: &Wish) {
-        let [x, y, z] = bits(&wish.force_n);
-        let [tx, ty, tz] = bits(&wish.torque_nm);
-        let [low, high] = halves(wish.at_ns);
-        self.wish
-            .write([x, y, z, tx, ty, tz, wish.opening_n.to_bits(), low, high]);
+    /// Passes a command to the thread.
+    pub(super) fn send_command(&self, command: &Command) {
+        let [x, y, z] = bits(&command.force_n);
+        let [tx, ty, tz] = bits(&command.torque_nm);
+        let [low, high] = halves(command.at_ns);
+        self.command
+            .write([x, y, z, tx, ty, tz, command.opening_n.to_bits(), low, high]);
     }
 
-    /// Newest wish, or no force if that wish is older than the limit.
-    pub(super) fn wish(&self) -> Wish {
-        let Some((_, words)) = self.wish.read() else {
-            return NOTHING;
+    /// Newest command; no force if that command is older than [`FORCE_AGE_NS`].
+    pub(super) fn command(&self) -> Command {
+        let Some((_, words)) = self.command.read() else {
+            return ZERO_COMMAND;
         };
         let [x, y, z, tx, ty, tz, opening_n, ..] = words.map(f32::from_bits);
         let [.., low, high] = words;
         let at_ns = time(low, high);
         if now_ns().saturating_sub(at_ns) > FORCE_AGE_NS {
-            return NOTHING;
+            return ZERO_COMMAND;
         }
-        Wish {
+        Command {
             force_n: Vec3::new(x, y, z),
             torque_nm: Vec3::new(tx, ty, tz),
             opening_n,

@@ -18,7 +18,7 @@ pub enum HapticModel {
     /// [`crate::rig::RigHaptic`].
     #[default]
     TouchRig,
-    /// A Touch-class device with a handle that opens and shuts, and a motor for that.
+    /// A Touch-class device whose handle opens and shuts, with a motor along the opening.
     HandleRig,
     /// A WoodenHaptics device: open with [`crate::woody::WoodyHaptic`].
     Woody,
@@ -59,17 +59,18 @@ const HAPI_BODY: Body = Body {
     force_continuous_n: 1.0,
 };
 
-/// A Haply's board and the time of the host's last message.
+/// A Haply's board and the time of the host's last bytes.
 #[derive(Debug, Default)]
 pub(super) struct Hapi {
     board: Board,
-    spoken_us: Option<u32>,
+    last_bytes_us: Option<u32>,
 }
 
 impl Hapi {
     const LINKAGE: Pantograph = Pantograph::GEN3;
-    /// Silence after which the host counts as gone, µs. The real board has no such limit.
-    const GONE_US: u32 = 100_000;
+    /// Silence of the host after which it no longer counts as sending commands, µs. The real board
+    /// has no such limit.
+    const HOST_TIMEOUT_US: u32 = 100_000;
 
     fn receive(
         &mut self,
@@ -86,18 +87,18 @@ impl Hapi {
             Self::LINKAGE.home_deg
         });
         if !bytes.is_empty() {
-            self.spoken_us = Some(now_us);
+            self.last_bytes_us = Some(now_us);
         } else if self
-            .spoken_us
-            .is_some_and(|at_us| now_us.wrapping_sub(at_us) > Self::GONE_US)
+            .last_bytes_us
+            .is_some_and(|at_us| now_us.wrapping_sub(at_us) > Self::HOST_TIMEOUT_US)
         {
-            self.spoken_us = None;
+            self.last_bytes_us = None;
         }
         self.board
             .receive(bytes, [first, second, 0.0, 0.0], now_us, send);
         let [first, second, ..] = self.board.torques_nm();
-        // Stretched arms bear any force without torque. The force is then undefined and taken as
-        // zero.
+        // Stretched arms transmit any force without torque. The force is then undefined, and this
+        // model uses zero.
         Self::LINKAGE
             .force_n(angles_deg, swapped([first, second]))
             .unwrap_or_default()
@@ -131,7 +132,7 @@ impl Electronics {
 
     /// Projects a position of the hand onto the space in which the device moves, m: a planar device
     /// keeps y = 0.
-    pub(super) fn guided(&self, mut at_m: Vec3) -> Vec3 {
+    pub(super) fn constrained_m(&self, mut at_m: Vec3) -> Vec3 {
         if matches!(self, Self::Hapi(_)) {
             at_m.y = 0.0;
         }
@@ -143,12 +144,12 @@ impl Electronics {
         match self {
             Self::Rig(firmware) => firmware.is_commanded(),
             Self::Woody(firmware) => firmware.is_commanded(),
-            Self::Hapi(hapi) => hapi.spoken_us.is_some(),
+            Self::Hapi(hapi) => hapi.last_bytes_us.is_some(),
         }
     }
 
-    /// Takes the controller's bytes and returns the force that the motors render now, N. With
-    /// `degenerate`, the Haply, whose protocol sends floats, answers with NaN.
+    /// Takes the controller's bytes and returns the force that the motors render now, N. If
+    /// `degenerate`, the Haply answers with NaN, because its protocol sends floats.
     pub(super) fn receive(
         &mut self,
         bytes: &[u8],
@@ -167,13 +168,13 @@ impl Electronics {
             Self::Woody(firmware) => {
                 let [a, b, c] = WOODY.counts(touch.measured_m());
                 // The real firmware reads all the time, the emulator only once a millisecond. So
-                // each line that arrived within the millisecond is handed over on its own.
+                // the emulator passes on each line of that millisecond separately.
                 for line in bytes.split_inclusive(|&byte| byte == b'\n') {
                     firmware.receive(line, [a, b, c, 0, 0, 0], now_us, &mut send);
                 }
                 let angles_rad = WOODY.angles_rad([a, b, c]);
-                // Stretched links bear any force without current. The force is then undefined and
-                // taken as zero.
+                // Stretched links transmit any force without current. The force is then undefined,
+                // and this model uses zero.
                 WOODY
                     .force_n(angles_rad, firmware.currents_ma(now_us))
                     .unwrap_or_default()
@@ -204,7 +205,7 @@ impl Electronics {
     }
 
     /// Present motor command divided by the largest permitted command.
-    pub(super) fn strain(&mut self, now_us: u32) -> f32 {
+    pub(super) fn motor_load(&mut self, now_us: u32) -> f32 {
         match self {
             Self::Rig(firmware) => {
                 firmware.force_n(now_us).norm() / Capabilities::touch_class().force_max_n

@@ -6,13 +6,13 @@ use super::random::Random;
 /// none.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Faults {
-    /// Share of bytes that vanish.
+    /// Share of bytes that are lost.
     pub lost: f32,
     /// Share of bytes that arrive twice.
     pub duplicated: f32,
     /// Share of bytes with one flipped bit.
     pub corrupted: f32,
-    /// Share of writes of which a part arrives at once and the rest with the next write.
+    /// Share of writes that are split: a part arrives at once, the rest with the next write.
     pub split: f32,
     /// Share of writes that arrive together with the next write.
     pub merged: f32,
@@ -20,13 +20,13 @@ pub struct Faults {
     pub batch_ms: u32,
     /// Share of samples with a rotation of length zero, which careless code turns into NaN.
     pub degenerate: f32,
-    /// Time from which on every write repeats the last one before it, s.
+    /// Time after which every write repeats the last write before that time, s.
     pub stuck_from_s: Option<f32>,
     /// Time at which the line hangs up, s.
     pub hang_up_at_s: Option<f32>,
     /// Time after the hang-up at which the line comes back, s. `None`: never.
     pub back_after_s: Option<f32>,
-    /// Share of milliseconds with a few random bytes that nobody asked for.
+    /// Share of milliseconds in which a few random bytes are added.
     pub babble: f32,
     /// Share of the controller's bytes with one flipped bit.
     pub corrupted_to_device: f32,
@@ -64,12 +64,12 @@ pub(super) struct FaultyLine {
     /// Faults that are active now.
     faults: Faults,
     random: Random,
-    held: Vec<u8>,
+    queued: Vec<u8>,
     last: Vec<u8>,
 }
 
-/// Largest number of bytes that are held back, more than a pty holds. Beyond this number the oldest
-/// bytes are lost.
+/// Largest number of bytes that are held back: more than the buffer of a pty. Beyond this number
+/// the oldest bytes are lost.
 const HELD_LIMIT: usize = 8192;
 
 impl FaultyLine {
@@ -78,7 +78,7 @@ impl FaultyLine {
             configured: faults,
             faults: faults.now(0.0),
             random,
-            held: Vec::new(),
+            queued: Vec::new(),
             last: Vec::new(),
         }
     }
@@ -93,7 +93,7 @@ impl FaultyLine {
     }
 
     /// Number of the controller's bytes that the device takes now.
-    pub(super) fn takes(&self, tick: u64) -> usize {
+    pub(super) fn bytes_taken(&self, tick: u64) -> usize {
         match u64::from(self.faults.slow_reader_ms) {
             0 => usize::MAX,
             slow if tick.is_multiple_of(slow) => SLOW_BYTES,
@@ -124,7 +124,7 @@ impl FaultyLine {
             .stuck_from_s
             .is_some_and(|from| time_s >= f64::from(from))
         {
-            self.held.extend_from_slice(&self.last);
+            self.queued.extend_from_slice(&self.last);
             return;
         }
         self.last.clear();
@@ -138,9 +138,9 @@ impl FaultyLine {
             } else {
                 byte
             };
-            self.held.push(byte);
+            self.queued.push(byte);
             if self.random.chance(self.faults.duplicated) {
-                self.held.push(byte);
+                self.queued.push(byte);
             }
         }
     }
@@ -149,25 +149,25 @@ impl FaultyLine {
     pub(super) fn arrive(&mut self, tick: u64, mut write: impl FnMut(&[u8])) {
         if self.random.chance(self.faults.babble) {
             for _ in 0..1 + self.random.next() % 32 {
-                self.held.push(self.random.next() as u8);
+                self.queued.push(self.random.next() as u8);
             }
         }
-        if self.held.len() > HELD_LIMIT {
-            self.held.drain(..self.held.len() - HELD_LIMIT);
+        if self.queued.len() > HELD_LIMIT {
+            self.queued.drain(..self.queued.len() - HELD_LIMIT);
         }
         if self.faults.batch_ms > 0 && !tick.is_multiple_of(self.faults.batch_ms.into()) {
             return;
         }
-        if self.held.is_empty() || self.random.chance(self.faults.merged) {
+        if self.queued.is_empty() || self.random.chance(self.faults.merged) {
             return;
         }
         let count = if self.random.chance(self.faults.split) {
-            self.random.next() as usize % self.held.len()
+            self.random.next() as usize % self.queued.len()
         } else {
-            self.held.len()
+            self.queued.len()
         };
-        write(&self.held[..count]);
-        self.held.drain(..count);
+        write(&self.queued[..count]);
+        self.queued.drain(..count);
     }
 }
 
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn faults_have_their_time() {
+    fn faults_occur_in_their_periods() {
         let faults = Faults {
             lost: 1.0,
             slow_reader_ms: 4,
@@ -213,13 +213,13 @@ mod tests {
             } else {
                 0
             };
-            assert_eq!(line.takes(tick), takes, "{tick}");
+            assert_eq!(line.bytes_taken(tick), takes, "{tick}");
         }
         assert_eq!(arrived, 200);
     }
 
     #[test]
-    fn the_same_seed_does_the_same_harm() {
+    fn the_same_seed_gives_the_same_damage() {
         let faults = Faults {
             lost: 0.01,
             corrupted: 0.01,
@@ -232,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn splitting_merging_and_batching_lose_nothing_but_the_tail() {
+    fn splitting_merging_and_batching_lose_only_the_last_bytes() {
         let faults = Faults {
             split: 0.5,
             merged: 0.5,
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn each_fault_does_its_harm() {
+    fn each_fault_damages_the_stream() {
         let clean = 4000;
         assert!(
             through(

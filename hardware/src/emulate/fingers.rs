@@ -6,7 +6,7 @@ use super::touch::{Body, Grip, Touch};
 use crate::rig::wire::Opening;
 
 /// Moving half of the handle: a light ring on a hinge with little friction. Its stops are at both
-/// ends of the opening, whatever radius stands here.
+/// ends of the opening; [`Fingers::new`] replaces the radius.
 pub(crate) const RING: Body = Body {
     mass_kg: 0.02,
     friction_n: 0.05,
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ring_that_nobody_holds_stays_between_its_stops() {
+    fn a_ring_that_nobody_holds_stays_within_its_stops() {
         let handle = Capabilities::touch_class_with_opening().opening.unwrap();
         let mut fingers = Fingers::new(handle, RING, Grip::NONE);
         for (opening_n, end) in [(-0.5, 0.0), (0.5, 1.0)] {

@@ -69,7 +69,8 @@ impl Sticks {
 
     /// Adds the movement that the sticks ask for in `seconds`.
     fn add_to(&self, wish: &mut Wish, seconds: f64) {
-        // A stick pulled towards the player is positive: down, and out of the body.
+        // A stick that is pulled towards the player has a positive value: the left stick moves
+        // down, the right one out of the body.
         let [x, y, roll, depth] = [0, 1, 2, 3].map(|axis| self.axis(axis));
         for (moved, part) in wish.moved_m.iter_mut().zip([x, -y, depth]) {
             *moved += part * TIP_M_S * seconds;
@@ -97,7 +98,7 @@ pub struct Gamepad {
     ranges: [[f64; 2]; AXES.len()],
     sticks: Sticks,
     wish: Wish,
-    /// Set once a stick or button was used; until then the script goes on.
+    /// True once a stick or button was used. Until then the script goes on.
     used: bool,
 }
 
@@ -126,8 +127,11 @@ impl Gamepad {
         if !is_gamepad(&device) {
             return Err(HardwareError::WrongDevice {
                 path: path.to_path_buf(),
-                expected: "a gamepad",
-                found: device.name().unwrap_or("nameless").to_owned(),
+                expected: "gamepad",
+                found: device
+                    .name()
+                    .unwrap_or("a device without a name")
+                    .to_owned(),
             });
         }
         device
@@ -155,7 +159,8 @@ impl Gamepad {
         &self.path
     }
 
-    /// The accumulated wish, `seconds` after the last call. `None` until the gamepad is first used.
+    /// The accumulated steering command, `seconds` after the last call. `None` until the gamepad is
+    /// first used.
     ///
     /// # Errors
     /// When the gamepad is unplugged.
@@ -223,7 +228,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sticks_move_what_they_say_and_rest_in_their_middle() {
+    fn sticks_move_the_documented_axes_and_are_neutral_in_their_middle() {
         let mut wish = Wish::default();
         let mut sticks = Sticks::default();
         sticks.axes[0] = 0.1;
@@ -241,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn axes_of_any_range_fill_one() {
+    fn axes_of_any_range_are_scaled_to_one() {
         for (value, range, axis, share) in [
             (0.0, [0.0, 255.0], 0, -1.0),
             (255.0, [0.0, 255.0], 0, 1.0),

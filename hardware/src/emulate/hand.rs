@@ -24,7 +24,7 @@ pub struct HandScript {
     pub world_from_tracker: Pose,
     /// Rest pose of the endoscope's camera.
     pub world_from_camera: Pose,
-    /// Port about which the endoscope sways, m.
+    /// Trocar about which the endoscope sways, m.
     pub endoscope_port_m: Vec3,
     /// Point on the organ's skin that the hand presses and grasps, m.
     pub target_m: Vec3,
@@ -33,45 +33,46 @@ pub struct HandScript {
 }
 
 /// A key frame of the hand.
-struct Moment {
+struct KeyFrame {
     at_s: f32,
-    /// Height of the tip above the skin along the normal; negative is pressed in.
+    /// Height of the tip above the skin, along the normal. Negative: the tip presses into the
+    /// tissue.
     height_mm: f32,
     /// Action until the next key frame.
     name: &'static str,
 }
 
-const fn moment(at_s: f32, height_mm: f32, name: &'static str) -> Moment {
-    Moment {
+const fn key_frame(at_s: f32, height_mm: f32, name: &'static str) -> KeyFrame {
+    KeyFrame {
         at_s,
         height_mm,
         name,
     }
 }
 
-/// One round of the hand, which contains all actions within 10 s. Between two key frames the hand
-/// moves smoothly and starts and ends at rest.
-const ROUND: [Moment; 13] = [
-    moment(0.0, 45.0, "rest"),
-    moment(0.3, 45.0, "approach"),
-    moment(1.4, 3.0, "hover"),
-    moment(1.7, 3.0, "press"),
-    moment(2.9, -20.0, "hold"),
-    moment(4.1, -20.0, "release"),
-    moment(4.6, 2.0, "touch"),
-    moment(5.1, -9.0, "grasp"),
-    moment(5.6, -9.0, "pull"),
-    moment(6.8, 20.0, "hold the tissue"),
-    moment(8.0, 20.0, "let go"),
-    moment(8.4, 20.0, "retreat"),
-    moment(9.4, 45.0, "rest"),
+/// One round of the hand: all actions within 10 s. Between two key frames the hand moves smoothly,
+/// from rest to rest.
+const ROUND: [KeyFrame; 13] = [
+    key_frame(0.0, 45.0, "rest"),
+    key_frame(0.3, 45.0, "approach"),
+    key_frame(1.4, 3.0, "hover"),
+    key_frame(1.7, 3.0, "press"),
+    key_frame(2.9, -20.0, "hold"),
+    key_frame(4.1, -20.0, "release"),
+    key_frame(4.6, 2.0, "touch"),
+    key_frame(5.1, -9.0, "grasp"),
+    key_frame(5.6, -9.0, "pull"),
+    key_frame(6.8, 20.0, "hold the tissue"),
+    key_frame(8.0, 20.0, "let go"),
+    key_frame(8.4, 20.0, "retreat"),
+    key_frame(9.4, 45.0, "rest"),
 ];
 /// Length of a round, s.
 pub const ROUND_S: f32 = 10.0;
 /// Period of the whole motion, s: a whole number of rounds, sways and oscillations of the tremor.
 pub(super) const REPEAT_S: f32 = 630.0;
 /// Intervals with closed jaws, s. The hand presses with closed jaws, because open ones would
-/// straddle the tissue; then the jaws open over the tissue and close on it.
+/// straddle the tissue. Then the jaws open above the tissue and grasp it.
 const CLOSED_S: [std::ops::Range<f32>; 2] = [0.3..4.7, 5.3..8.0];
 /// Interval in which the foot presses the pedal to coagulate, s.
 const COAGULATE_S: std::ops::Range<f32> = 3.3..3.9;
@@ -113,7 +114,7 @@ struct Oscillation {
 }
 
 impl Hand {
-    /// Makes a hand, after a check that the devices reach the script's workplace.
+    /// Makes a hand. Fails if the devices do not reach the script's workplace.
     pub fn new(script: HandScript, seed: u64) -> Result<Self, HardwareError> {
         let mut random = Random::new(seed, 1);
         let tremor = [(); 3].map(|()| {
@@ -272,7 +273,7 @@ pub(super) const HANDLE_REACH_M: f32 = 0.099;
 fn height(round_s: f32) -> (f32, &'static str) {
     let next = ROUND
         .iter()
-        .position(|moment| moment.at_s > round_s)
+        .position(|key_frame| key_frame.at_s > round_s)
         .unwrap_or(ROUND.len());
     let from = &ROUND[next.saturating_sub(1)];
     let Some(to) = ROUND.get(next) else {
@@ -292,7 +293,7 @@ pub(crate) mod tests {
     use nalgebra::{Translation3, UnitQuaternion};
 
     /// A workplace like that of a prepared scene, with the handle at rest in the device's origin.
-    pub(crate) fn room() -> HandScript {
+    pub(crate) fn workplace() -> HandScript {
         let port = Vec3::new(0.0, 0.0, 0.0);
         let target = Vec3::new(0.02, -0.01, -0.2);
         let length = 0.33;
@@ -311,14 +312,14 @@ pub(crate) mod tests {
     }
 
     fn hand() -> Hand {
-        Hand::new(room(), 1).unwrap()
+        Hand::new(workplace(), 1).unwrap()
     }
 
     #[test]
-    fn a_round_presses_grasps_pulls_and_lets_go_within_ten_seconds() {
+    fn a_round_presses_grasps_pulls_and_releases_within_ten_seconds() {
         let hand = hand();
         let height_mm = |time_s: f32| {
-            let script = room();
+            let script = workplace();
             (hand.intent(time_s).tip_m - script.target_m).dot(&script.target_normal) * 1e3
         };
         assert!(height_mm(0.0) > 40.0);
@@ -351,17 +352,17 @@ pub(crate) mod tests {
 
     #[test]
     fn the_seed_decides_the_tremor() {
-        let other = Hand::new(room(), 2).unwrap();
+        let other = Hand::new(workplace(), 2).unwrap();
         assert_eq!(hand().intent(1.234), hand().intent(1.234));
         assert_ne!(hand().intent(1.234).tip_m, other.intent(1.234).tip_m);
     }
 
     #[test]
-    fn the_handle_that_it_wants_has_its_tip_where_it_wants_it() {
+    fn the_target_of_the_handle_puts_the_tip_at_its_target() {
         let hand = hand();
         for step in 0..100 {
             let intent = hand.intent(step as f32 * 0.1);
-            let world = room().world_from_device * intent.device_from_handle;
+            let world = workplace().world_from_device * intent.device_from_handle;
             let tip = hand.kinematics.tip(&world);
             assert!((tip - intent.tip_m).norm() < 1e-5);
             let position = intent.device_from_handle.translation.vector;
@@ -371,23 +372,23 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn devices_that_cannot_reach_are_refused_by_name() {
+    fn devices_that_cannot_reach_the_scene_are_refused_by_name() {
         let far = Translation3::new(0.0, 0.0, 0.5);
         let script = HandScript {
             world_from_device: far.into(),
-            ..room()
+            ..workplace()
         };
         let error = Hand::new(script, 0).unwrap_err().to_string();
         assert!(error.contains("world_from_device"), "{error}");
         let script = HandScript {
             world_from_tracker: (-far.vector).into(),
-            ..room()
+            ..workplace()
         };
         let error = Hand::new(script, 0).unwrap_err().to_string();
         assert!(error.contains("world_from_tracker"), "{error}");
         let script = HandScript {
             target_normal: Vec3::zeros(),
-            ..room()
+            ..workplace()
         };
         assert!(Hand::new(script, 0).is_err());
     }
@@ -395,7 +396,7 @@ pub(crate) mod tests {
     #[test]
     fn the_endoscope_begins_where_the_scene_puts_it_and_sways_slowly() {
         let hand = hand();
-        let rest = room().world_from_tracker.inverse() * room().world_from_camera;
+        let rest = workplace().world_from_tracker.inverse() * workplace().world_from_camera;
         let begin = hand.tracker_from_sensor(0.0);
         assert!((begin.translation.vector - rest.translation.vector).norm() < 1e-6);
         for step in 0..200 {

@@ -4,7 +4,7 @@ use rt_core::math::Vec3;
 
 use super::touch::Grip;
 
-/// Person at the emulated handle.
+/// Hand at the emulated handle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Holding {
     /// The scripted hand, or a person who steers it.
@@ -40,7 +40,7 @@ const LIFTS_AT_S: f64 = 3.0;
 const UP_S: f64 = 0.3;
 
 impl Holding {
-    /// Grip on the handle, and place of the handle at the start. `None`: as the script has them.
+    /// Grip on the handle, and position of the handle at the start. `None`: those of the script.
     pub(super) fn grip(self) -> Option<(Grip, Vec3)> {
         match self {
             Self::Script | Self::Parked => None,
@@ -54,7 +54,7 @@ impl Holding {
         self.grip().map_or(Grip::STYLUS, |it| it.0)
     }
 
-    /// Place to which the hand pulls the handle, m. `None`: as the script has it.
+    /// Position to which the hand pulls the handle, m. `None`: that of the script.
     pub(super) fn target_m(self, at_s: f64) -> Option<Vec3> {
         match self {
             Self::Script | Self::Parked => None,
@@ -63,14 +63,14 @@ impl Holding {
         }
     }
 
-    /// Place to which the fingers pull a handle that opens, m from half open. `None`: as the script
-    /// has it.
+    /// Position to which the fingers pull a handle that opens, m from half open. `None`: that of
+    /// the script.
     pub(super) fn fingers_m(self, at_s: f64) -> Option<f32> {
         self.target_m(at_s).map(|it| it.y)
     }
 }
 
-/// Place to which two fingers that tap and press pull the handle, m.
+/// Position to which the fingers of [`Holding::Press`] pull the handle, m.
 pub(crate) fn pressing_m(at_s: f64) -> Vec3 {
     let phase_s = at_s.rem_euclid(ROUND_S);
     let up = (phase_s - LIFTS_AT_S) / UP_S;

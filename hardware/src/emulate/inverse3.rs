@@ -20,7 +20,7 @@ const CATCH_UP_MS: u128 = 50;
 /// Interval at which the thread checks for its end.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
 
-/// Body of the device; figures of the maker where published.
+/// Body of the device. The values are the maker's where it publishes them.
 const BODY: Body = Body {
     mass_kg: 0.1,
     friction_n: 0.1,
@@ -34,7 +34,7 @@ const BODY: Body = Body {
 /// Faults of the service.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
-pub enum Misbehaviour {
+pub enum ServiceFault {
     /// Works correctly.
     None,
     /// Sends text that is not JSON.
@@ -45,7 +45,7 @@ pub enum Misbehaviour {
     Stuck,
     /// Sends nothing.
     Silent,
-    /// Hangs up.
+    /// Closes the connection.
     HangUp,
     /// Sends every message five times.
     Flood,
@@ -53,15 +53,15 @@ pub enum Misbehaviour {
     Drip,
 }
 
-const ALL: [Misbehaviour; 8] = [
-    Misbehaviour::None,
-    Misbehaviour::Garbage,
-    Misbehaviour::Boundless,
-    Misbehaviour::Stuck,
-    Misbehaviour::Silent,
-    Misbehaviour::HangUp,
-    Misbehaviour::Flood,
-    Misbehaviour::Drip,
+const ALL: [ServiceFault; 8] = [
+    ServiceFault::None,
+    ServiceFault::Garbage,
+    ServiceFault::Boundless,
+    ServiceFault::Stuck,
+    ServiceFault::Silent,
+    ServiceFault::HangUp,
+    ServiceFault::Flood,
+    ServiceFault::Drip,
 ];
 /// Header of a WebSocket text message of a million bytes.
 const LONG_TEXT: [u8; 10] = [0x81, 0x7F, 0, 0, 0, 0, 0, 0x0F, 0x42, 0x40];
@@ -77,7 +77,7 @@ pub struct EmulatedInverse3 {
 #[derive(Debug)]
 struct Shared {
     end: AtomicBool,
-    misbehaviour: AtomicU8,
+    fault: AtomicU8,
     device: Mutex<Device>,
 }
 
@@ -113,7 +113,7 @@ impl EmulatedInverse3 {
         let address = listener.local_addr()?;
         let shared = Arc::new(Shared {
             end: AtomicBool::new(false),
-            misbehaviour: AtomicU8::new(0),
+            fault: AtomicU8::new(0),
             device: Mutex::new(Device {
                 touch: Touch::new(BODY, Grip::STYLUS, Vec3::zeros()),
                 force_n: Vec3::zeros(),
@@ -154,8 +154,8 @@ impl EmulatedInverse3 {
     }
 
     /// Starts this fault.
-    pub fn misbehave(&self, how: Misbehaviour) {
-        self.shared.misbehaviour.store(how as u8, Ordering::Relaxed);
+    pub fn set_fault(&self, how: ServiceFault) {
+        self.shared.fault.store(how as u8, Ordering::Relaxed);
     }
 }
 
@@ -173,11 +173,11 @@ impl Shared {
         self.device.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn misbehaviour(&self) -> Misbehaviour {
-        let now = self.misbehaviour.load(Ordering::Relaxed);
+    fn fault(&self) -> ServiceFault {
+        let now = self.fault.load(Ordering::Relaxed);
         ALL.into_iter()
             .find(|how| *how as u8 == now)
-            .unwrap_or(Misbehaviour::None)
+            .unwrap_or(ServiceFault::None)
     }
 
     fn serve(&self, stream: TcpStream) -> Result<(), Error> {
@@ -202,31 +202,31 @@ impl Shared {
                 device.force_n = force_n;
                 device.commanded = Instant::now();
             }
-            match self.misbehaviour() {
-                Misbehaviour::None => last = self.state().to_string(),
-                Misbehaviour::Garbage => last = "[no json".to_owned(),
-                Misbehaviour::Boundless => {
+            match self.fault() {
+                ServiceFault::None => last = self.state().to_string(),
+                ServiceFault::Garbage => last = "[no json".to_owned(),
+                ServiceFault::Boundless => {
                     last = self
                         .state()
                         .to_string()
                         .replace("\"x\":", "\"x\":1e300,\"x0\":");
                 }
-                Misbehaviour::Stuck => {}
-                Misbehaviour::Silent => continue,
-                Misbehaviour::Drip => {
+                ServiceFault::Stuck => {}
+                ServiceFault::Silent => continue,
+                ServiceFault::Drip => {
                     if !is_dripping {
                         socket.get_mut().write_all(&LONG_TEXT)?;
                         is_dripping = true;
                     }
                     continue;
                 }
-                Misbehaviour::Flood => {
+                ServiceFault::Flood => {
                     last = self.state().to_string();
                     for _ in 0..4 {
                         socket.send(Frame::text(last.clone()))?;
                     }
                 }
-                Misbehaviour::HangUp => return Ok(()),
+                ServiceFault::HangUp => return Ok(()),
             }
             socket.send(Frame::text(last.clone()))?;
         }

@@ -1,4 +1,4 @@
-//! The emulated haptic device, steered by a person's wishes, without lines or clocks. Equal wishes
+//! The emulated haptic device in a steered hand, without lines or clocks. Equal steering commands
 //! and forces give equal movements.
 
 use nalgebra::UnitQuaternion;
@@ -6,7 +6,7 @@ use rt_core::math::{Pose, Vec3};
 use rt_core::port::Buttons;
 
 use super::hand::{Hand, HandScript};
-use super::operated::{Operated, Wish};
+use super::operated::{SteeringState, Wish};
 use super::touch::{Body, Grip, Touch};
 use crate::HardwareError;
 use crate::rig::wire::Switches;
@@ -15,9 +15,9 @@ use crate::rig::wire::Switches;
 #[derive(Debug, Clone)]
 pub struct LedHand {
     hand: Hand,
-    operated: Operated,
+    operated: SteeringState,
     touch: Touch,
-    /// Last wanted pose of the handle, device frame.
+    /// Last target pose of the handle, device frame.
     wanted: Pose,
 }
 
@@ -37,13 +37,13 @@ pub struct Measured {
 }
 
 impl LedHand {
-    /// A hand at rest at the start of the script. Later wishes are measured from `wish`.
+    /// A hand at rest at the start of the script. Later steering commands count relative to `wish`.
     ///
     /// # Errors
     /// When the devices do not reach the script's workplace.
     pub fn new(script: HandScript, wish: &Wish) -> Result<Self, HardwareError> {
         let hand = Hand::new(script, 0)?;
-        let operated = Operated::begin(hand.intent(0.0).tip_m, wish);
+        let operated = SteeringState::begin(hand.intent(0.0).tip_m, wish);
         let wanted = operated.handle(&hand);
         Ok(Self {
             touch: Touch::new(Body::TOUCH, Grip::STYLUS, wanted.translation.vector),
@@ -77,23 +77,23 @@ impl LedHand {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::emulate::hand::tests::room;
+    use crate::emulate::hand::tests::workplace;
 
     #[test]
-    fn led_hand_goes_where_it_is_led_gives_way_to_force_and_repeats() {
+    fn a_guided_hand_follows_its_target_yields_to_force_and_is_deterministic() {
         let wish = Wish {
             moved_m: [0.004, 0.0, 0.0],
             ..Wish::default()
         };
         let work = |force_n: Vec3| {
-            let mut led = LedHand::new(room(), &Wish::default()).unwrap();
+            let mut led = LedHand::new(workplace(), &Wish::default()).unwrap();
             let mut measured = led.step(&wish, force_n);
             for _ in 0..1000 {
                 measured = led.step(&wish, force_n);
             }
             measured
         };
-        let hand = Hand::new(room(), 0).unwrap();
+        let hand = Hand::new(workplace(), 0).unwrap();
         let tip_m = |it: &Measured| hand.tip_of(it.device_from_handle.translation.vector);
         let free = work(Vec3::zeros());
         let way_m = tip_m(&free) - hand.intent(0.0).tip_m;

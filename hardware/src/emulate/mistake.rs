@@ -33,7 +33,7 @@ pub enum Mistake {
     ForceWeak,
     /// No force at all.
     ForceMissing,
-    /// Forces above 0.6 N with the wrong sign, as of a number that overflows.
+    /// Forces above 0.6 N with the wrong sign, as after an integer overflow.
     ForceOverflows,
     /// Opening 1 shut and 0 wide open.
     OpeningReversed,
@@ -53,13 +53,13 @@ pub enum Mistake {
     WatchdogSlow,
     /// Watchdog that only sets its status bit: the motors keep the force.
     WatchdogInStatusOnly,
-    /// Status says that a force is in effect only if the force is not zero.
+    /// Status that reports a force as in effect only if the force is not zero.
     StatusNonzero,
-    /// Status reports a fault.
+    /// Status that reports a fault all the time.
     Fault,
-    /// Half of the declared samples.
+    /// Half of the declared sample rate.
     RateHalf,
-    /// Positions that never change while the velocity does.
+    /// Positions that never change, although the velocity does.
     Frozen,
     /// Positions that leap by 50 mm for three samples, five times a second.
     Leaps,
@@ -133,7 +133,7 @@ impl Mistake {
 
 /// True watchdog time of a device that declares 50 ms, ms.
 const SLOW_MS: u8 = 95;
-/// Force from which on a force overflows, N.
+/// Force above which the number of a force overflows, N.
 const OVERFLOW_N: f32 = 0.6;
 /// Time for which a flaky watchdog fails, µs.
 const FLAKY_US: u32 = 2_500_000;
@@ -148,13 +148,13 @@ pub(super) struct RigFirmware {
     device: Device,
     mistake: Option<Mistake>,
     /// Time of the newest bytes from the host, µs.
-    heard_us: u32,
+    last_bytes_us: u32,
     trips: u32,
     samples: u32,
     frozen_at_m: Option<[f32; 3]>,
     confirmed: [u16; LATE_SAMPLES],
     random: Random,
-    /// The last force that a command asked for, N.
+    /// The last commanded force, N.
     commanded_n: Vec3,
 }
 
@@ -173,7 +173,7 @@ impl RigFirmware {
         Self {
             device: Device::new(inner),
             mistake,
-            heard_us: 0,
+            last_bytes_us: 0,
             trips: 0,
             samples: 0,
             frozen_at_m: None,
@@ -198,7 +198,7 @@ impl RigFirmware {
     /// Takes the host's bytes, and returns the answer to a greeting.
     pub(super) fn receive(&mut self, bytes: &[u8], now_us: u32) -> Option<Vec<u8>> {
         if !bytes.is_empty() {
-            self.heard_us = now_us;
+            self.last_bytes_us = now_us;
         }
         self.device.receive(bytes, now_us);
         let answer = self.device.answer()?;
@@ -218,16 +218,16 @@ impl RigFirmware {
         }
     }
 
-    /// Time that the watchdog sees, µs.
-    fn watched_us(&self, now_us: u32) -> u32 {
-        let silent_us = now_us.wrapping_sub(self.heard_us);
+    /// Time that the watchdog is given, µs.
+    fn watchdog_time_us(&self, now_us: u32) -> u32 {
+        let silent_us = now_us.wrapping_sub(self.last_bytes_us);
         match self.mistake {
-            // Time stands still for this watchdog, so it never acts.
-            Some(Mistake::WatchdogMissing) => self.heard_us,
+            // This watchdog's time stands still, so it never acts.
+            Some(Mistake::WatchdogMissing) => self.last_bytes_us,
             Some(Mistake::WatchdogFlaky)
                 if !self.trips.is_multiple_of(3) && silent_us < FLAKY_US =>
             {
-                self.heard_us
+                self.last_bytes_us
             }
             _ => now_us,
         }
@@ -235,7 +235,7 @@ impl RigFirmware {
 
     /// Force of the motors now, N.
     pub(super) fn force_n(&mut self, now_us: u32) -> Vec3 {
-        let seen_us = self.watched_us(now_us);
+        let seen_us = self.watchdog_time_us(now_us);
         let had = self.device.is_commanded();
         let Force { force_n, .. } = self.device.force(seen_us);
         if had && !self.device.is_commanded() {
@@ -260,7 +260,7 @@ impl RigFirmware {
 
     /// Force of the motor that opens the handle, N.
     pub(super) fn opening_n(&mut self, now_us: u32) -> f32 {
-        let seen_us = self.watched_us(now_us);
+        let seen_us = self.watchdog_time_us(now_us);
         let opening_n = self.device.force(seen_us).opening_n.unwrap_or_default();
         if self.has(Mistake::OpeningForceNegated) {
             return -opening_n;
@@ -275,8 +275,8 @@ impl RigFirmware {
             return None;
         }
         self.device.set_fault(self.has(Mistake::Fault));
-        let motion = self.spoilt(*motion);
-        let seen_us = self.watched_us(now_us);
+        let motion = self.with_mistake(*motion);
+        let seen_us = self.watchdog_time_us(now_us);
         let sample = self.device.state(&motion, seen_us)?;
         let mut state = parsed(&sample, State::parse)?;
         state.device_time_us = match self.mistake {
@@ -302,7 +302,7 @@ impl RigFirmware {
         Some(self.sent(&state.frame(sequence(&sample)?)))
     }
 
-    fn spoilt(&mut self, mut motion: Motion) -> Motion {
+    fn with_mistake(&mut self, mut motion: Motion) -> Motion {
         let scale = |vector: [f32; 3], by: f32| vector.map(|part| part * by);
         let [x, y, z] = motion.position_m;
         let [u, v, w] = motion.velocity_m_s;
@@ -337,7 +337,8 @@ impl RigFirmware {
             Some(Mistake::Leaps) if self.samples % 200 < 3 => {
                 motion.position_m = [x + 0.05, y, z];
             }
-            // An even spread of ±1 has a mean square of a third, so three axes have 1.
+            // A uniform distribution over ±1 has a mean square of 1/3, so three axes together have
+            // 1.
             Some(Mistake::Noisy) => {
                 motion.position_m = motion
                     .position_m

@@ -1,9 +1,9 @@
-//! The devices of a station, emulated behind ptys, with a scripted hand on the handle.
+//! Emulates the devices of a station behind ptys, with a scripted hand on the handle.
 //!
-//! Behind each pty runs the device's side of its protocol. For a rig and a pedal this is the code
-//! that their firmware would run ([`crate::rig::device`]). A bird is [`crate::bird::device`], and
-//! [`HapticModel`] lists the haptic devices. A haptic device also has a body with mass and friction
-//! between its motors and the hand. A controller opens these devices like real ones.
+//! Behind each pty runs the device's side of its protocol. For a rig and a pedal this is the
+//! firmware library ([`crate::rig::device`]), for a bird [`crate::bird::device`]. [`HapticModel`]
+//! lists the haptic devices. A haptic device also has a body with mass and friction between its
+//! motors and the hand. A controller opens these devices like real ones.
 
 mod bulk;
 mod electronics;
@@ -16,9 +16,9 @@ mod inverse3;
 mod led;
 mod mistake;
 mod operated;
-mod played;
 mod pty;
 mod random;
+mod simulated;
 mod station;
 mod touch;
 
@@ -37,11 +37,11 @@ pub use hand::{Hand, HandScript, Intent, ROUND_S};
 pub use holding::Holding;
 #[cfg(test)]
 pub(crate) use holding::pressing_m;
-pub use inverse3::{EmulatedInverse3, Misbehaviour};
+pub use inverse3::{EmulatedInverse3, ServiceFault};
 pub use led::{LedHand, Measured};
 pub use mistake::Mistake;
 pub use operated::Wish;
-pub use played::{Played, PlayedBody};
+pub use simulated::{SimulatedBody, SimulatedDevice};
 pub use touch::{Body, Grip, Touch};
 
 #[cfg(test)]
@@ -92,18 +92,18 @@ pub struct Lines {
 
 /// State inside the emulated devices, which no controller sees.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Inside {
+pub struct InnerState {
     /// Emulated time since the start, s.
     pub time_s: f32,
     /// Force commanded to the motors of the haptic device, in its base frame, N.
     pub force_n: rt_core::math::Vec3,
     /// Motor command as a share of the largest permitted command.
-    pub strain: f32,
+    pub motor_load: f32,
 }
 
 const MILLISECOND: Duration = Duration::from_millis(1);
-/// Longest delay that the emulation makes up for, by steps without a pause. After a longer one (the
-/// machine slept) it makes up for nothing: the hand continues where it was.
+/// Longest delay for which the emulation catches up, by steps without a pause. After a longer delay
+/// (the machine slept) it does not catch up: the hand continues where it was.
 const CATCH_UP_LIMIT: Duration = Duration::from_millis(200);
 
 /// Emulates until `stop` is set. Calls `ready` once the lines can be opened.
@@ -119,8 +119,9 @@ pub fn run(
     emulate(config, stop, &mut || None, ready, &mut |_| {})
 }
 
-/// Like [`run`], with a person who can steer the hand. `wish` is called every millisecond. Its
-/// first wish ends the script. From then on the hand holds still while `wish` returns `None`.
+/// Like [`run`], with a person who can steer the hand. `wish` is called every millisecond and
+/// returns the person's steering command. The first command ends the script. From then on the hand
+/// holds still while `wish` returns `None`.
 pub fn run_steered(
     config: &EmulateConfig,
     stop: &AtomicBool,
@@ -135,7 +136,7 @@ pub fn run_watched(
     config: &EmulateConfig,
     stop: &AtomicBool,
     ready: &mut dyn FnMut(&Lines),
-    watch: &mut dyn FnMut(Inside),
+    watch: &mut dyn FnMut(InnerState),
 ) -> Result<(), HardwareError> {
     emulate(config, stop, &mut || None, ready, watch)
 }
@@ -145,7 +146,7 @@ fn emulate(
     stop: &AtomicBool,
     wish: &mut dyn FnMut() -> Option<Wish>,
     ready: &mut dyn FnMut(&Lines),
-    watch: &mut dyn FnMut(Inside),
+    watch: &mut dyn FnMut(InnerState),
 ) -> Result<(), HardwareError> {
     let mut station = Station::new(config)?;
     ready(station.lines());
@@ -164,7 +165,7 @@ fn emulate(
         }
         station.tick(wish())?;
         watch(station.inside());
-        // A u32 counts the milliseconds of 49 days. Then the count starts anew.
+        // A u32 counts the milliseconds of 49 days. Then the count restarts at 0.
         match tick.checked_add(1) {
             Some(next) => tick = next,
             None => (start, tick) = (Instant::now(), 0),

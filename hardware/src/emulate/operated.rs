@@ -7,7 +7,8 @@ use rt_core::port::Buttons;
 use super::hand::{HANDLE_REACH_M, Hand};
 use crate::rig::wire::Switches;
 
-/// A person's wishes: movements summed since the start, so that a lost message loses no movement.
+/// A person's steering command. Movements are sums since the start, so that a lost message loses no
+/// movement.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Wish {
     /// Movement of the instrument's tip along the picture's right, its up, and towards the viewer,
@@ -25,13 +26,13 @@ pub struct Wish {
     pub switches: Switches,
 }
 
-/// Smoothing time of a person's movements, ms, because they arrive only at the rate of a screen.
+/// Smoothing time of a person's movements, ms. They arrive only at the frame rate of a screen.
 const SMOOTH_MS: f64 = 20.0;
 /// Fastest movement, m/s, well below the speed at which the safety chain cuts the force.
 const SPEED_MAX_M_S: f64 = 0.4;
 /// Fastest turn, rad/s.
 const TURN_MAX_RAD_S: f64 = 2.0;
-/// Largest backlog of movement, in seconds at full speed; the rest is dropped.
+/// Largest movement still to be made, in seconds at full speed. A larger movement is cut.
 const BEHIND_MAX_S: f64 = 0.125;
 /// Smallest distance of tip and handle from the trocar, m.
 const PORT_CLEAR_M: f32 = 0.03;
@@ -43,29 +44,30 @@ const SCOPE_ADVANCE_MAX_M: f64 = 0.06;
 /// A movement of which a part is still to be made.
 #[derive(Debug, Clone, Copy, Default)]
 struct Pending {
-    asked: f64,
-    rest: f64,
+    requested: f64,
+    remaining: f64,
 }
 
 impl Pending {
-    /// Part of the movement done in this millisecond, given the new sum and the largest speed.
-    fn step(&mut self, asked: f64, speed_max: f64) -> f64 {
-        if !asked.is_finite() {
+    /// Takes the new sum and returns the part of the movement to be made in this millisecond.
+    fn step(&mut self, requested: f64, speed_max: f64) -> f64 {
+        if !requested.is_finite() {
             return 0.0;
         }
         let behind_max = speed_max * BEHIND_MAX_S;
-        self.rest = (self.rest + asked - self.asked).clamp(-behind_max, behind_max);
-        self.asked = asked;
+        self.remaining =
+            (self.remaining + requested - self.requested).clamp(-behind_max, behind_max);
+        self.requested = requested;
         let most = speed_max * 1e-3;
-        let step = (self.rest / SMOOTH_MS).clamp(-most, most);
-        self.rest -= step;
+        let step = (self.remaining / SMOOTH_MS).clamp(-most, most);
+        self.remaining -= step;
         step
     }
 }
 
 /// State of instrument and endoscope under a person's control.
 #[derive(Debug, Clone)]
-pub(super) struct Operated {
+pub(super) struct SteeringState {
     moved: [Pending; 3],
     rolled: Pending,
     scope_turned: [Pending; 2],
@@ -78,10 +80,13 @@ pub(super) struct Operated {
     switches: Switches,
 }
 
-impl Operated {
+impl SteeringState {
     /// Starts from the present position of the tip.
     pub(super) fn begin(tip_m: Vec3, wish: &Wish) -> Self {
-        let from = |asked: f64| Pending { asked, rest: 0.0 };
+        let from = |requested: f64| Pending {
+            requested,
+            remaining: 0.0,
+        };
         Self {
             moved: wish.moved_m.map(from),
             rolled: from(wish.rolled_rad),
@@ -96,8 +101,8 @@ impl Operated {
         }
     }
 
-    /// Advances one millisecond. Without a wish (its sender is silent) the hand holds still and the
-    /// foot leaves the pedal.
+    /// Advances one millisecond. Without a steering command (its sender is silent) the hand holds
+    /// still and the foot leaves the pedal.
     pub(super) fn follow(&mut self, wish: Option<&Wish>, hand: &Hand) {
         let Some(wish) = wish else {
             self.switches = Switches::default();
@@ -106,13 +111,13 @@ impl Operated {
         self.buttons = wish.buttons;
         self.switches = wish.switches;
         self.roll_rad += self.rolled.step(wish.rolled_rad, TURN_MAX_RAD_S);
-        for ((turn, pending), &asked) in self
+        for ((turn, pending), &requested) in self
             .turn_rad
             .iter_mut()
             .zip(&mut self.scope_turned)
             .zip(&wish.scope_turned_rad)
         {
-            let turned = *turn + pending.step(asked, TURN_MAX_RAD_S);
+            let turned = *turn + pending.step(requested, TURN_MAX_RAD_S);
             *turn = turned.clamp(-SCOPE_TURN_MAX_RAD, SCOPE_TURN_MAX_RAD);
         }
         let advanced = self.advance_m
@@ -121,8 +126,9 @@ impl Operated {
                 .step(wish.scope_advanced_m, SPEED_MAX_M_S);
         self.advance_m = advanced.clamp(-SCOPE_ADVANCE_MAX_M, SCOPE_ADVANCE_MAX_M);
         let mut step = Vec3::zeros();
-        for ((part, pending), &asked) in step.iter_mut().zip(&mut self.moved).zip(&wish.moved_m) {
-            *part = pending.step(asked, SPEED_MAX_M_S) as f32;
+        for ((part, pending), &requested) in step.iter_mut().zip(&mut self.moved).zip(&wish.moved_m)
+        {
+            *part = pending.step(requested, SPEED_MAX_M_S) as f32;
         }
         let way = hand.camera(self.scope()).rotation * step;
         self.tip_m = hand.within_reach(self.tip_m + way);
@@ -176,17 +182,17 @@ impl Hand {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::emulate::hand::tests::room;
+    use crate::emulate::hand::tests::workplace;
     use proptest::prelude::*;
 
-    fn start() -> (Hand, Operated) {
-        let hand = Hand::new(room(), 1).unwrap();
-        let operated = Operated::begin(hand.intent(0.0).tip_m, &Wish::default());
+    fn start() -> (Hand, SteeringState) {
+        let hand = Hand::new(workplace(), 1).unwrap();
+        let operated = SteeringState::begin(hand.intent(0.0).tip_m, &Wish::default());
         (hand, operated)
     }
 
     #[test]
-    fn the_tip_goes_as_the_picture_shows_it_and_arrives() {
+    fn the_tip_moves_in_the_directions_of_the_picture_and_arrives() {
         let (hand, mut operated) = start();
         let before = operated.tip_m;
         let wish = Wish {
@@ -196,17 +202,17 @@ mod tests {
         for _ in 0..400 {
             operated.follow(Some(&wish), &hand);
         }
-        let way = room().world_from_camera.rotation.inverse() * (operated.tip_m - before);
+        let way = workplace().world_from_camera.rotation.inverse() * (operated.tip_m - before);
         assert!(
             (way - Vec3::new(0.004, -0.002, 0.003)).norm() < 1e-5,
             "{way}"
         );
-        let world = room().world_from_device * operated.handle(&hand);
+        let world = workplace().world_from_device * operated.handle(&hand);
         assert!((hand.kinematics.tip(&world) - operated.tip_m).norm() < 1e-5);
     }
 
     #[test]
-    fn a_sender_that_falls_silent_takes_its_foot_off_and_holds_still() {
+    fn when_the_sender_is_silent_the_pedal_is_released_and_the_hand_rests() {
         let (hand, mut operated) = start();
         let wish = Wish {
             buttons: Buttons::GRASP,
@@ -226,13 +232,13 @@ mod tests {
     }
 
     proptest! {
-        /// For any wish the handle stays in the device's reach and moves without jumps.
+        /// For any steering command the handle stays in the device's reach and moves without jumps.
         #[test]
         fn operated_hand_stays_within_reach(
-            asked in prop::collection::vec(([-1.0f64..1.0, -1.0..1.0, -1.0..1.0], any::<f64>(), any::<f64>()), 1..20),
+            requested in prop::collection::vec(([-1.0f64..1.0, -1.0..1.0, -1.0..1.0], any::<f64>(), any::<f64>()), 1..20),
         ) {
             let (hand, mut operated) = start();
-            for (moved_m, odd, turned) in asked {
+            for (moved_m, odd, turned) in requested {
                 let wish = Wish {
                     moved_m,
                     rolled_rad: odd,

@@ -1,4 +1,5 @@
-//! A pty as a device's line: the emulator holds the master and the controller opens the link.
+//! A pty as a device's line. The emulator holds the master; a symbolic link leads the controller to
+//! the other side.
 
 use std::fs;
 use std::os::fd::OwnedFd;
@@ -73,8 +74,8 @@ impl Pty {
         let _ = rustix::io::write(&self.master, bytes);
     }
 
-    /// Lifts the exclusive use that a killed controller left on the line. A controller that still
-    /// runs keeps its file lock.
+    /// Ends the exclusive mode that a killed controller left on the line. A running controller
+    /// keeps its file lock.
     pub(super) fn lift_exclusive_use(&self) {
         let _ = ioctl_tiocnxcl(&self.slave);
     }

@@ -14,11 +14,11 @@ use super::fault::{Faults, FaultyLine};
 use super::fingers::{Fingers, RING};
 use super::hand::{Hand, REPEAT_S};
 use super::holding::Holding;
-use super::operated::{Operated, Wish};
+use super::operated::{SteeringState, Wish};
 use super::pty::Pty;
 use super::random::Random;
 use super::touch::{Grip, Touch};
-use super::{EmulateConfig, Inside, Lines};
+use super::{EmulateConfig, InnerState, Lines};
 use crate::HardwareError;
 use crate::bird::device::Bird;
 use crate::bird::wire::Record;
@@ -34,7 +34,7 @@ const PEDAL_PERIOD: u64 = 10;
 const ABANDONED_MS: u32 = 1000;
 /// Noise of the bird, m.
 const TRACKER_NOISE_M: f32 = 0.1e-3;
-/// Interval at which the exclusive use that a killed controller left on a line is lifted, ms.
+/// Interval at which [`Pty::lift_exclusive_use`] is called, ms.
 const EXCLUSIVE_PERIOD: u64 = 50;
 
 /// All emulated devices.
@@ -45,10 +45,10 @@ pub(super) struct Station {
     started: Instant,
     tick: u64,
     hand: Hand,
-    /// Set once a person steers.
-    operated: Option<Operated>,
+    /// `None` until a person steers.
+    operated: Option<SteeringState>,
     hand_time_ms: u32,
-    /// Last wanted pose of the handle, device frame.
+    /// Last target pose of the handle, device frame.
     wanted: Pose,
     silent_ms: u32,
     touch: Touch,
@@ -59,7 +59,7 @@ pub(super) struct Station {
     /// Force commanded to the motors now, N.
     force_n: Vec3,
     /// Motor command as a share of the largest permitted command.
-    strain: f32,
+    motor_load: f32,
     haptic_line: Plug,
     bird: Bird,
     tracker_noise: Random,
@@ -84,7 +84,7 @@ impl Station {
         };
         let haptic = Electronics::new(config.haptic, config.mistake);
         let wanted = hand.intent(0.0).device_from_handle;
-        let rest = haptic.guided(wanted.translation.vector);
+        let rest = haptic.constrained_m(wanted.translation.vector);
         let (grip, start) = config.holding.grip().unwrap_or((Grip::STYLUS, rest));
         Ok(Self {
             lines: Lines {
@@ -107,7 +107,7 @@ impl Station {
                 .map(|it| Fingers::new(it, RING, config.holding.fingers())),
             holding: config.holding,
             force_n: Vec3::zeros(),
-            strain: 0.0,
+            motor_load: 0.0,
             haptic_line: plug("haptic", config.faults.haptic, 10)?,
             tracker_noise: Random::new(config.seed, 2),
             tracker_line: plug("tracker", config.faults.tracker, 11)?,
@@ -132,11 +132,11 @@ impl Station {
     }
 
     /// State inside the devices.
-    pub(super) fn inside(&self) -> Inside {
-        Inside {
+    pub(super) fn inside(&self) -> InnerState {
+        InnerState {
             time_s: self.tick as f32 * 1e-3,
             force_n: self.force_n,
-            strain: self.strain,
+            motor_load: self.motor_load,
         }
     }
 
@@ -144,8 +144,8 @@ impl Station {
         self.tick as f64 * 1e-3
     }
 
-    /// The script goes on while a controller renders forces, unless the hand is parked. After a
-    /// second of silence the hand begins anew.
+    /// The script goes on while a controller commands forces, unless the hand is parked. After a
+    /// second of silence the script restarts.
     fn follow_controller(&mut self) {
         if self.haptic.is_commanded() {
             self.silent_ms = 0;
@@ -161,11 +161,11 @@ impl Station {
         }
     }
 
-    /// The first wish ends the script.
+    /// Starts steering with the first command, and follows every command.
     fn follow_person(&mut self, wish: Option<&Wish>) {
         if let (None, Some(wish)) = (&self.operated, wish) {
             let tip_m = self.hand.intent(self.hand_time_s()).tip_m;
-            self.operated = Some(Operated::begin(tip_m, wish));
+            self.operated = Some(SteeringState::begin(tip_m, wish));
         }
         if let Some(operated) = &mut self.operated {
             operated.follow(wish, &self.hand);
@@ -192,7 +192,7 @@ impl Station {
                 line.send(answer, time_s);
             });
         self.force_n = force_n;
-        self.strain = self.haptic.strain(now_us);
+        self.motor_load = self.haptic.motor_load(now_us);
 
         let at_s = self.hand_time_s();
         let (handle, before, buttons, roll) = match &self.operated {
@@ -209,7 +209,7 @@ impl Station {
         };
         self.wanted = handle;
         let [target_m, before_m] =
-            [handle, before].map(|wanted| self.haptic.guided(wanted.translation.vector));
+            [handle, before].map(|wanted| self.haptic.constrained_m(wanted.translation.vector));
         let target_velocity_m_s = (target_m - before_m) / 1e-3;
         let (target_m, target_velocity_m_s) = match self.holding.target_m(time_s) {
             Some(target_m) => (target_m, Vec3::zeros()),
@@ -303,7 +303,7 @@ fn record(tracker_from_sensor: Pose, noise_m: Vec3) -> Record {
     }
 }
 
-/// A line that is connected or, during a hang-up, not connected.
+/// A line; `pty` is `None` during a hang-up.
 struct Plug {
     path: PathBuf,
     pty: Option<Pty>,
@@ -323,7 +323,7 @@ impl Plug {
         self.line.send(frame.as_bytes(), time_s);
     }
 
-    /// Hangs up and comes back as the faults demand; reads the controller's bytes.
+    /// Hangs up or reconnects as the faults demand, then reads the controller's bytes.
     fn read(&mut self, bytes: &mut [u8], tick: u64) -> Result<usize, HardwareError> {
         let at_s = tick as f32 * 1e-3;
         let faults = *self.line.faults();
@@ -345,7 +345,7 @@ impl Plug {
         if tick.is_multiple_of(EXCLUSIVE_PERIOD) {
             pty.lift_exclusive_use();
         }
-        let room = self.line.takes(tick).min(bytes.len());
+        let room = self.line.bytes_taken(tick).min(bytes.len());
         let bytes = bytes.get_mut(..room).unwrap_or_default();
         let count = pty.read(bytes);
         self.line
@@ -379,5 +379,5 @@ fn lock(directory: &Path) -> Result<File, HardwareError> {
 
 const _: () = assert!(
     State::POSITION_LIMIT_M > 0.2,
-    "the handle's whole reach travels"
+    "a STATE can carry every position of the handle"
 );

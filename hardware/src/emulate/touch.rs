@@ -3,7 +3,7 @@
 
 use rt_core::math::Vec3;
 
-/// Steps per millisecond.
+/// Integration steps per millisecond.
 const SUBSTEPS: u32 = 10;
 /// Length of one step, s.
 const STEP_S: f32 = 1e-3 / SUBSTEPS as f32;
@@ -65,7 +65,7 @@ impl Grip {
 
 /// Stiffness of the mechanical stops, N/m.
 const STOP_STIFFNESS_N_M: f32 = 8000.0;
-/// Averaging time of the motors' heat, s.
+/// Thermal time constant of the motors, s.
 const HEAT_TIME_S: f32 = 20.0;
 /// Weight of the newest speed in the reported velocity, which is smoothed as in the vendor's
 /// driver.
@@ -80,9 +80,9 @@ pub struct Touch {
     velocity_m_s: Vec3,
     measured_m: Vec3,
     measured_velocity_m_s: Vec3,
-    /// Force asked for in the last millisecond; the motors respond one millisecond later.
+    /// Force that was commanded in the last millisecond. The motors respond one millisecond later.
     pending_n: Vec3,
-    /// Average of the squared force, N².
+    /// Low-pass filtered square of the force, N². It models the motors' heat.
     heat_n2: f32,
     /// Constant force on the handle, N.
     load_n: Vec3,
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn the_stops_hold_the_handle_in_the_workspace() {
+    fn the_stops_keep_the_handle_in_the_workspace() {
         let mut touch = Touch::new(Body::TOUCH, Grip::STYLUS, Vec3::zeros());
         let reached = settle(&mut touch, Vec3::new(0.2, 0.0, 0.0), Vec3::zeros());
         assert!(reached.x < 0.106, "{reached}");
@@ -226,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn a_long_strong_force_makes_it_limit_itself() {
+    fn the_device_limits_a_strong_force_of_long_duration() {
         let mut touch = Touch::new(Body::TOUCH, Grip::STYLUS, Vec3::zeros());
         let force = Vec3::new(3.3, 0.0, 0.0);
         settle(&mut touch, Vec3::zeros(), force);
@@ -262,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn wall_within_the_device_s_limit_is_still_and_one_far_beyond_buzzes() {
+    fn a_wall_within_the_devices_limit_is_stable_and_one_far_beyond_oscillates() {
         let step_m = Body::TOUCH.encoder_step_m;
         let stiffness = 700.0;
         assert!(

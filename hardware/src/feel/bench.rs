@@ -7,20 +7,20 @@ use rt_core::time::TimeNs;
 
 use super::{Answer, Guide, Left, Live, Question, Squeezed, Step};
 
-/// Largest distance that the handle may move during a push, m. A hand that holds the handle loosely
-/// yields less.
-const RUN_OFF_M: f32 = 0.04;
+/// Largest distance that the handle may move during a push, m. Even a loosely held handle moves
+/// less.
+const TRAVEL_MAX_M: f32 = 0.04;
 /// Largest speed of the handle during a push, m/s.
-const RUN_OFF_M_S: f32 = 0.6;
+const SPEED_MAX_M_S: f32 = 0.6;
 /// Time after which a step that nobody ends is given up, ms.
-const PATIENCE_MS: u32 = 300_000;
+const TIMEOUT_MS: u32 = 300_000;
 /// Time without a sample after which the test ends, ms.
 const SILENT_MS: u32 = 1000;
 
 /// Reason for which the test ended early.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Broken {
-    /// The person asked for the end, or answered no more.
+pub enum EndReason {
+    /// The person stopped the test, or no longer answered.
     Stopped,
     /// The line was lost.
     Lost,
@@ -28,11 +28,11 @@ pub enum Broken {
     Silent,
     /// The driver or the device reported this fault.
     Fault(Fault),
-    /// The handle ran off under a small force.
-    RanOff,
+    /// The handle moved too far or too fast under a small force.
+    MovedTooFar,
 }
 
-impl Broken {
+impl EndReason {
     /// The reason with its remedy.
     pub(super) fn words(self) -> String {
         match self {
@@ -45,10 +45,10 @@ impl Broken {
                 "the device is at fault ({}). Test it with `calot devices conformance`",
                 fault.name()
             ),
-            Self::RanOff => format!(
+            Self::MovedTooFar => format!(
                 "the handle ran off by {:.0} mm under a small force, which was ended. Hold it loosely; \
                  if it runs off again, the force grows with the motion",
-                RUN_OFF_M * 1e3
+                TRAVEL_MAX_M * 1e3
             ),
         }
     }
@@ -56,13 +56,13 @@ impl Broken {
 
 /// A sample of the handle.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Seen {
+pub(super) struct HandleSample {
     pub(super) at_ns: TimeNs,
     /// The device's clock, µs; wraps. `None` if it has none.
     pub(super) device_time_us: Option<u32>,
     pub(super) at_m: Vec3,
     /// Velocity as the device reports it, m/s.
-    pub(super) said_m_s: Option<Vec3>,
+    pub(super) reported_m_s: Option<Vec3>,
     /// Opening of the handle, 0 to 1.
     pub(super) opening: Option<f32>,
 }
@@ -72,7 +72,7 @@ pub(super) struct Bench<'a> {
     device: &'a mut dyn HapticDevice,
     guide: &'a mut dyn Guide,
     silent_ms: u32,
-    before: Option<Seen>,
+    before: Option<HandleSample>,
     live: Live,
 }
 
@@ -95,8 +95,8 @@ impl<'a> Bench<'a> {
         self.guide
     }
 
-    /// `wanted_n`, or less if the device cannot hold that force.
-    pub(super) fn bearable_n(&self, wanted_n: f32) -> f32 {
+    /// `wanted_n`, limited to half of the peak force and to the continuous force.
+    pub(super) fn permitted_n(&self, wanted_n: f32) -> f32 {
         let can = self.capabilities();
         wanted_n
             .min(0.5 * can.force_max_n)
@@ -109,16 +109,16 @@ impl<'a> Bench<'a> {
     }
 
     /// Runs one millisecond with this force. Returns the new sample, if one came.
-    pub(super) fn tick(&mut self, force_n: Vec3) -> Result<Option<Seen>, Broken> {
+    pub(super) fn tick(&mut self, force_n: Vec3) -> Result<Option<HandleSample>, EndReason> {
         self.run(Some(force_n))
     }
 
     /// Runs one millisecond with this force, or without any command. Returns the new sample, if
     /// one came.
-    fn run(&mut self, force_n: Option<Vec3>) -> Result<Option<Seen>, Broken> {
+    fn run(&mut self, force_n: Option<Vec3>) -> Result<Option<HandleSample>, EndReason> {
         let now_ns = self.guide.wait();
         if self.guide.is_stopped() {
-            return Err(Broken::Stopped);
+            return Err(EndReason::Stopped);
         }
         let mut device_time_us = None;
         let polled = self.device.poll_each(now_ns, &mut |reading| {
@@ -139,7 +139,7 @@ impl<'a> Bench<'a> {
             self.live.velocity_m_s = self.device.reported_velocity_m_s();
         }
         self.guide.live(&self.live);
-        // A device that answers commands only sends nothing without one.
+        // A device that only answers commands sends no samples while it gets none.
         self.silent_ms = match force_n {
             Some(_) => self.silent_ms + 1,
             None => 0,
@@ -147,19 +147,19 @@ impl<'a> Bench<'a> {
         let faults = self.device.findings().faults;
         let grave = [Fault::DeviceFault, Fault::FrozenDevice, Fault::DeviceClock];
         if let Some(fault) = grave.into_iter().find(|it| faults.contains(*it)) {
-            return Err(Broken::Fault(fault));
+            return Err(EndReason::Fault(fault));
         }
         match polled {
-            Polled::Lost => Err(Broken::Lost),
-            Polled::Nothing if self.silent_ms > SILENT_MS => Err(Broken::Silent),
+            Polled::Lost => Err(EndReason::Lost),
+            Polled::Nothing if self.silent_ms > SILENT_MS => Err(EndReason::Silent),
             Polled::Nothing => Ok(None),
             Polled::Fresh(sample) => {
                 self.silent_ms = 0;
-                let seen = Seen {
+                let seen = HandleSample {
                     at_ns: sample.at_ns,
                     device_time_us,
                     at_m: sample.device_from_handle.translation.vector,
-                    said_m_s: self.live.velocity_m_s,
+                    reported_m_s: self.live.velocity_m_s,
                     opening: sample.opening,
                 };
                 self.before = Some(seen);
@@ -168,21 +168,21 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Tells the person a step and waits with this force until the step is done. `each` gets the
+    /// Shows the person a step and applies this force until the step is done. `each` gets the
     /// samples.
     pub(super) fn until_done(
         &mut self,
         step: &Step,
         force_n: Vec3,
-        mut each: impl FnMut(Seen),
-    ) -> Result<(), Broken> {
+        mut each: impl FnMut(HandleSample),
+    ) -> Result<(), EndReason> {
         self.guide.tell(step);
         let start = self.before;
-        for _ in 0..PATIENCE_MS {
+        for _ in 0..TIMEOUT_MS {
             let earlier = self.before;
             if let Some(seen) = self.tick(force_n)? {
-                if force_n != Vec3::zeros() && runs_off(start, earlier, seen) {
-                    return Err(Broken::RanOff);
+                if force_n != Vec3::zeros() && exceeds_limits(start, earlier, seen) {
+                    return Err(EndReason::MovedTooFar);
                 }
                 each(seen);
             }
@@ -190,7 +190,7 @@ impl<'a> Bench<'a> {
                 return Ok(());
             }
         }
-        Err(Broken::Stopped)
+        Err(EndReason::Stopped)
     }
 
     /// Runs `ms` milliseconds with the force that `force_n` gives for each of them. `each` gets the
@@ -199,32 +199,32 @@ impl<'a> Bench<'a> {
         &mut self,
         ms: u32,
         force_n: impl Fn(u32) -> Vec3,
-        mut each: impl FnMut(u32, Seen),
-    ) -> Result<(), Broken> {
+        mut each: impl FnMut(u32, HandleSample),
+    ) -> Result<(), EndReason> {
         let start = self.before;
         for at_ms in 0..ms {
             let earlier = self.before;
             let Some(seen) = self.tick(force_n(at_ms))? else {
                 continue;
             };
-            if runs_off(start, earlier, seen) {
-                return Err(Broken::RanOff);
+            if exceeds_limits(start, earlier, seen) {
+                return Err(EndReason::MovedTooFar);
             }
             each(at_ms, seen);
         }
         Ok(())
     }
 
-    /// Tells the person a step and waits without force until the step is done.
-    pub(super) fn until_still(&mut self, step: &Step) -> Result<(), Broken> {
+    /// Shows the person a step and waits without force until the step is done.
+    pub(super) fn until_still(&mut self, step: &Step) -> Result<(), EndReason> {
         self.until_done(step, Vec3::zeros(), |_| {})
     }
 
-    /// Sends nothing until the guide has answered whether the handle still pushes, but at least
-    /// for `ms` milliseconds. If the handle runs off, its force ends.
-    pub(super) fn left(&mut self, ms: u32) -> Result<Option<Left>, Broken> {
+    /// Sends nothing for `ms` milliseconds. Then asks the guide whether the handle still pushes,
+    /// and sends nothing until the answer comes. If the handle runs off, this ends early.
+    pub(super) fn left(&mut self, ms: u32) -> Result<Option<Left>, EndReason> {
         let start = self.before;
-        for at_ms in 0..PATIENCE_MS {
+        for at_ms in 0..TIMEOUT_MS {
             if at_ms == ms {
                 self.guide.ask(Question::Left);
             }
@@ -233,12 +233,12 @@ impl<'a> Bench<'a> {
             }
             let earlier = self.before;
             if let Some(seen) = self.run(None)?
-                && runs_off(start, earlier, seen)
+                && exceeds_limits(start, earlier, seen)
             {
-                return Err(Broken::RanOff);
+                return Err(EndReason::MovedTooFar);
             }
         }
-        Err(Broken::Stopped)
+        Err(EndReason::Stopped)
     }
 
     /// Runs `ms` milliseconds with the force along the opening that `opening_n` gives for each of
@@ -247,7 +247,7 @@ impl<'a> Bench<'a> {
         &mut self,
         ms: u32,
         opening_n: impl Fn(u32) -> f32,
-    ) -> Result<(), Broken> {
+    ) -> Result<(), EndReason> {
         let ticked = (0..ms).try_for_each(|at_ms| {
             self.live.opening_n = opening_n(at_ms);
             self.tick(Vec3::zeros()).map(drop)
@@ -257,39 +257,39 @@ impl<'a> Bench<'a> {
     }
 
     /// Asks which way the handle pushed the fingers.
-    pub(super) fn squeezed_which_way(&mut self) -> Result<Squeezed, Broken> {
+    pub(super) fn squeezed_which_way(&mut self) -> Result<Squeezed, EndReason> {
         self.until_answered(Question::Squeezed)?;
         Ok(self.guide.squeezed())
     }
 
     /// Asks which way the handle pushed.
-    pub(super) fn pushed_which_way(&mut self) -> Result<Answer, Broken> {
+    pub(super) fn pushed_which_way(&mut self) -> Result<Answer, EndReason> {
         self.until_answered(Question::Pushed)?;
         Ok(self.guide.pushed())
     }
 
     /// Asks whether there is a scale.
-    pub(super) fn has_scale(&mut self) -> Result<bool, Broken> {
+    pub(super) fn has_scale(&mut self) -> Result<bool, EndReason> {
         self.until_answered(Question::HasScale)?;
         Ok(self.guide.has_scale())
     }
 
     /// Asks for the reading of the scale, N.
-    pub(super) fn pressed_n(&mut self) -> Result<Option<f32>, Broken> {
+    pub(super) fn pressed_n(&mut self) -> Result<Option<f32>, EndReason> {
         self.until_answered(Question::Pressed)?;
         Ok(self.guide.pressed_n())
     }
 
     /// Shows a question and goes on without force until the guide has the answer.
-    fn until_answered(&mut self, question: Question) -> Result<(), Broken> {
+    fn until_answered(&mut self, question: Question) -> Result<(), EndReason> {
         self.guide.ask(question);
-        for _ in 0..PATIENCE_MS {
+        for _ in 0..TIMEOUT_MS {
             if self.guide.has_answer() {
                 return Ok(());
             }
             self.tick(Vec3::zeros())?;
         }
-        Err(Broken::Stopped)
+        Err(EndReason::Stopped)
     }
 
     /// Ends every force.
@@ -305,11 +305,15 @@ impl<'a> Bench<'a> {
 }
 
 /// True if the handle has gone too far since `start`, or too fast since `earlier`.
-fn runs_off(start: Option<Seen>, earlier: Option<Seen>, now: Seen) -> bool {
-    let way_m = start.map_or(0.0, |start| (now.at_m - start.at_m).norm());
+fn exceeds_limits(
+    start: Option<HandleSample>,
+    earlier: Option<HandleSample>,
+    now: HandleSample,
+) -> bool {
+    let moved_m = start.map_or(0.0, |start| (now.at_m - start.at_m).norm());
     let speed_m_s = earlier.map_or(0.0, |earlier| {
         let passed_s = now.at_ns.saturating_sub(earlier.at_ns) as f32 * 1.0e-9;
         (now.at_m - earlier.at_m).norm() / passed_s.max(5.0e-3)
     });
-    way_m > RUN_OFF_M || speed_m_s > RUN_OFF_M_S
+    moved_m > TRAVEL_MAX_M || speed_m_s > SPEED_MAX_M_S
 }

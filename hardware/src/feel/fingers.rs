@@ -1,8 +1,8 @@
 //! Tests a handle that opens and shuts: the opening that it reports at both ends, and the sign of
-//! its force; with a sensor, the size of its force, too.
+//! its force. A sensor also measures the size of the force.
 
-use super::bench::{Bench, Broken};
-use super::pushes::{PUSH_MS, share};
+use super::bench::{Bench, EndReason};
+use super::pushes::{PUSH_MS, force_share};
 use super::{Squeezed, Step};
 use crate::conformance::Report;
 
@@ -17,15 +17,15 @@ pub const COUNT: usize = 2;
 const SHUT_MAX: f32 = 0.2;
 /// Least opening that a wide open handle may report.
 const OPEN_MIN: f32 = 0.8;
-/// The opening at the end of a step is the mean of this many last samples.
+/// Number of last samples whose mean is the opening at the end of a step.
 const END_SAMPLES: usize = 50;
-/// A sensor that measures less than this share of the force asked for has felt nothing.
-const FELT: f32 = 0.1;
-/// Allowed measured force as a share of the force asked for.
+/// Share of the commanded force below which a measured force counts as none.
+const NOTHING_SHARE: f32 = 0.1;
+/// Allowed measured force as a share of the commanded force.
 const SIZE: core::ops::RangeInclusive<f32> = 0.8..=1.25;
 
 /// Judges a handle that opens, if the device has one. `seed` decides the order of the pushes.
-pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Result<(), Broken> {
+pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Result<(), EndReason> {
     let can = bench.capabilities().opening;
     if !can.is_measured() {
         return Ok(());
@@ -41,7 +41,7 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Res
         return Ok(());
     }
     let force_n = PUSH_N.min(can.force_max_n);
-    // The pushes of the hand take their order from `seed % 6`.
+    // `seed % 6` decides the order of the hand's pushes, so the next bit decides this order.
     let mut order = PUSHES;
     if seed / 6 % 2 == 1 {
         order.reverse();
@@ -50,7 +50,7 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Res
     for (way, name) in order {
         bench.until_still(&Step::HoldFingers)?;
         bench.guide().tell(&Step::PushFingers { force_n });
-        bench.squeezed(PUSH_MS, |ms| way.sign() * force_n * share(ms))?;
+        bench.squeezed(PUSH_MS, |ms| way.sign() * force_n * force_share(ms))?;
         let answer = bench.squeezed_which_way()?;
         judged.push((name, judge_push(way, force_n, answer)));
     }
@@ -62,7 +62,7 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Res
 }
 
 /// Runs a step. Returns the opening at its end, 0 to 1; `None` if the samples have none.
-fn end(bench: &mut Bench<'_>, step: &Step) -> Result<Option<f32>, Broken> {
+fn end(bench: &mut Bench<'_>, step: &Step) -> Result<Option<f32>, EndReason> {
     let mut openings: Vec<f32> = Vec::new();
     bench.until_done(step, rt_core::math::Vec3::zeros(), |seen| {
         openings.extend(seen.opening);
@@ -100,7 +100,7 @@ fn judge_push(asked: Squeezed, asked_n: f32, answer: Squeezed) -> (bool, String)
                 format!("{asked_n:.1} N towards {asked_words}: nothing was felt. Is the motor on?");
             return (false, words);
         }
-        Squeezed::Measured(force_n) if force_n.abs() < FELT * asked_n => {
+        Squeezed::Measured(force_n) if force_n.abs() < NOTHING_SHARE * asked_n => {
             let words = format!(
                 "{asked_n:.1} N towards {asked_words}: the sensor measured {force_n:.2} N. Is the motor on?"
             );
@@ -139,7 +139,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ends_must_be_far_apart_and_the_right_way_round() {
+    fn the_ends_must_be_far_apart_and_in_the_right_order() {
         for (shut, open, good, words) in [
             (Some(0.01), Some(0.98), true, "0.01 when shut"),
             (Some(0.98), Some(0.01), false, "the wrong way"),
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn a_push_is_judged_by_its_sign_and_its_measured_size() {
+    fn a_push_is_rated_by_its_sign_and_its_measured_size() {
         for (asked, answer, good, words) in [
             (Squeezed::Open, Squeezed::Open, true, "felt open"),
             (Squeezed::Open, Squeezed::Shut, false, "wrong sign"),

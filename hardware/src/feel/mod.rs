@@ -1,8 +1,8 @@
 //! Tests axes, units and signs of positions and forces, before anybody trusts a device.
 //!
 //! A person moves the handle and says in which direction it pushes. A program with a sensor may do
-//! both. A force is at most 0.5 N, one of them 2 N; a force that opens or shuts the handle is at
-//! most 1 N. The test ends a force when the handle moves too far or too fast.
+//! both. Forces are at most 0.5 N, except one push of 2 N. A force that opens or shuts the handle
+//! is at most 1 N. The test ends a force when the handle moves too far or too fast.
 
 mod bench;
 mod fingers;
@@ -18,7 +18,7 @@ use rt_core::time::TimeNs;
 use crate::conformance::Report;
 use bench::Bench;
 
-pub use bench::Broken;
+pub use bench::EndReason;
 pub use fingers::COUNT as SQUEEZES;
 pub use moves::COUNT as MOVES;
 pub use pushes::COUNT as PUSHES;
@@ -221,7 +221,7 @@ pub enum Left {
 pub enum Question {
     /// Direction in which the handle pushed.
     Pushed,
-    /// Way in which the handle pushed the fingers: open or shut.
+    /// Direction in which the handle pushed the fingers: open or shut.
     Squeezed,
     /// Is there a scale to press on?
     HasScale,
@@ -309,7 +309,7 @@ pub fn feel(device: &mut dyn HapticDevice, guide: &mut dyn Guide, seed: u64) -> 
     felt
 }
 
-fn run(bench: &mut Bench<'_>, felt: &mut Felt, seed: u64) -> Result<(), Broken> {
+fn run(bench: &mut Bench<'_>, felt: &mut Felt, seed: u64) -> Result<(), EndReason> {
     let radius_m = bench.capabilities().workspace_radius_m;
     let way_m = MOVE_M.min(MOVE_SHARE * radius_m);
     moves::test(bench, &mut felt.report, way_m)?;

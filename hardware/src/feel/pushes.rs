@@ -2,7 +2,7 @@
 
 use rt_core::math::Vec3;
 
-use super::bench::{Bench, Broken};
+use super::bench::{Bench, EndReason};
 use super::{Answer, Direction, PUSH_N, Step};
 use crate::conformance::Report;
 
@@ -14,7 +14,7 @@ const PUSHES: [(Direction, &str); COUNT] = [
     (Direction::Up, "push up"),
     (Direction::Towards, "push towards"),
 ];
-/// Time in which a push rises, and in which it falls, ms. A hand does not jerk at such a slow push.
+/// Time in which a push rises, and in which it falls, ms. So slow a push does not make a hand jerk.
 const RISE_MS: u32 = 300;
 /// Time for which a push stays at its full force, ms. A person feels a direction within half a
 /// second.
@@ -23,16 +23,16 @@ const STAY_MS: u32 = 1000;
 pub(super) const PUSH_MS: u32 = 2 * RISE_MS + STAY_MS;
 /// Force on a scale, N. A kitchen scale shows 51 g.
 const PRESS_N: f32 = 0.5;
-/// Force of the hard push, N: a hand that holds firmly bears it.
+/// Force of the hard push, N. A firm hand can hold against it.
 const HARD_N: f32 = 2.0;
-/// A sensor that measures less than this share of the force asked for has felt nothing.
-const FELT: f32 = 0.1;
-/// Allowed size of a measured force as a share of the size asked for.
+/// Share of the commanded force below which a measured force counts as none.
+const NOTHING_SHARE: f32 = 0.1;
+/// Allowed measured force as a share of the commanded force.
 const SIZE: core::ops::RangeInclusive<f32> = 0.8..=1.25;
 
 /// Judges three pushes in an order that `seed` decides.
-pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Result<(), Broken> {
-    let force_n = bench.bearable_n(PUSH_N);
+pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Result<(), EndReason> {
+    let force_n = bench.permitted_n(PUSH_N);
     let mut order = PUSHES;
     order.rotate_left((seed % 3) as usize);
     if seed / 3 % 2 == 1 {
@@ -43,7 +43,7 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Res
         bench.until_done(&Step::Hold, Vec3::zeros(), |_| {})?;
         bench.guide().tell(&Step::Push { force_n });
         let full_n = direction.vector() * force_n;
-        bench.pushed(PUSH_MS, |ms| full_n * share(ms), |_, _| {})?;
+        bench.pushed(PUSH_MS, |ms| full_n * force_share(ms), |_, _| {})?;
         let answer = bench.pushed_which_way()?;
         judged.push((name, judge(direction, force_n, answer)));
     }
@@ -54,15 +54,15 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Res
     Ok(())
 }
 
-/// Judges one push that is as hard as the test may be, in a direction that `seed` decides. Some
+/// Judges one push with the largest force of the test, in a direction that `seed` decides. Some
 /// mistakes, such as a number that overflows, show in large forces only.
 pub(super) fn test_hard(
     bench: &mut Bench<'_>,
     report: &mut Report,
     seed: u64,
-) -> Result<(), Broken> {
+) -> Result<(), EndReason> {
     const NAME: &str = "push hard";
-    let force_n = bench.bearable_n(HARD_N);
+    let force_n = bench.permitted_n(HARD_N);
     let most_n = bench.capabilities().force_max_n;
     if force_n <= PRESS_N {
         report.skip(
@@ -79,7 +79,7 @@ pub(super) fn test_hard(
     bench.until_done(&Step::HoldFirmly, Vec3::zeros(), |_| {})?;
     bench.guide().tell(&Step::Push { force_n });
     let full_n = direction.vector() * force_n;
-    bench.pushed(PUSH_MS, |ms| full_n * share(ms), |_, _| {})?;
+    bench.pushed(PUSH_MS, |ms| full_n * force_share(ms), |_, _| {})?;
     let answer = bench.pushed_which_way()?;
     let (good, words) = judge(direction, force_n, answer);
     let untested = format!("{words}; from there to {most_n:.1} N nothing was tested");
@@ -88,7 +88,7 @@ pub(super) fn test_hard(
 }
 
 /// Share of a push's force at this time.
-pub(super) fn share(ms: u32) -> f32 {
+pub(super) fn force_share(ms: u32) -> f32 {
     let rise = ms as f32 / RISE_MS as f32;
     let fall = PUSH_MS.saturating_sub(ms) as f32 / RISE_MS as f32;
     rise.min(fall).min(1.0)
@@ -103,7 +103,7 @@ fn judge(asked: Direction, asked_n: f32, answer: Answer) -> (bool, String) {
             );
             return (false, words);
         }
-        Answer::Measured(force_n) if force_n.norm() < FELT * asked_n => {
+        Answer::Measured(force_n) if force_n.norm() < NOTHING_SHARE * asked_n => {
             let words = format!(
                 "{asked_n:.1} N {}: the sensor measured {:.2} N. Is the driver of the motors on?",
                 asked.words(),
@@ -143,19 +143,19 @@ fn judge(asked: Direction, asked_n: f32, answer: Answer) -> (bool, String) {
 }
 
 /// Judges the size of a force that presses down on a scale.
-pub(super) fn test_scale(bench: &mut Bench<'_>, report: &mut Report) -> Result<(), Broken> {
+pub(super) fn test_scale(bench: &mut Bench<'_>, report: &mut Report) -> Result<(), EndReason> {
     if !bench.has_scale()? {
         report.skip("scale", "there is no scale");
         return Ok(());
     }
     bench.until_done(&Step::Scale, Vec3::zeros(), |_| {})?;
-    let force_n = bench.bearable_n(PRESS_N);
+    let force_n = bench.permitted_n(PRESS_N);
     let down_n = Direction::Down.vector() * force_n;
-    bench.pushed(RISE_MS, |ms| down_n * share(ms), |_, _| {})?;
+    bench.pushed(RISE_MS, |ms| down_n * force_share(ms), |_, _| {})?;
     bench.until_done(&Step::Press { force_n }, down_n, |_| {})?;
     bench.pushed(
         RISE_MS,
-        |ms| down_n * share(ms + RISE_MS + STAY_MS),
+        |ms| down_n * force_share(ms + RISE_MS + STAY_MS),
         |_, _| {},
     )?;
     match bench.pressed_n()? {
@@ -176,7 +176,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_sensor_that_measures_nothing_is_not_told_that_axes_are_turned() {
+    fn a_sensor_that_measures_nothing_does_not_mean_exchanged_axes() {
         for (measured_n, words) in [
             (Vec3::zeros(), "the sensor measured 0.00 N. Is the driver"),
             (Vec3::new(0.01, 0.01, 0.0), "the sensor measured 0.01 N"),

@@ -3,7 +3,7 @@
 use rt_core::math::Vec3;
 
 use super::Step;
-use super::bench::{Bench, Broken};
+use super::bench::{Bench, EndReason};
 use crate::conformance::Report;
 
 /// Amplitude of the force to and fro, N.
@@ -19,7 +19,8 @@ const SINE_MS: u32 = 2500;
 const CHIRP_HZ: (f32, f32) = (1.0, 30.0);
 /// Length of the chirp, ms.
 const CHIRP_MS: u32 = 4000;
-/// Smallest answer (see [`answer`]) that is judged, m. A smaller one may be noise or backlash.
+/// Smallest displacement (see [`step_displacement_m`]) that is judged, m. A smaller one may be
+/// noise or backlash.
 const ANSWER_MIN_M: f32 = 0.2e-3;
 
 /// A moment of the response, along x.
@@ -34,7 +35,7 @@ pub struct Point {
 }
 
 /// Force along x at this time, as a share of the amplitude.
-fn share(ms: u32) -> f32 {
+fn force_share(ms: u32) -> f32 {
     let turn = core::f32::consts::TAU;
     let steps_ms = STEPS * STEP_MS;
     if ms < steps_ms {
@@ -54,18 +55,18 @@ fn share(ms: u32) -> f32 {
     (turn * (from_hz * s + 0.5 * rate * s * s)).sin()
 }
 
-/// Pushes to and fro along x and judges whether the handle follows the steps. If the pushes end
-/// early, `points` holds what was recorded until then.
+/// Pushes to and fro along x and judges whether the handle follows the steps. `points` gets the
+/// recording, even if the pushes end early.
 pub(super) fn test(
     bench: &mut Bench<'_>,
     report: &mut Report,
     points: &mut Vec<Point>,
-) -> Result<(), Broken> {
+) -> Result<(), EndReason> {
     bench.until_done(&Step::Hold, Vec3::zeros(), |_| {})?;
     bench.guide().tell(&Step::Response);
-    let force_n = bench.bearable_n(FORCE_N);
+    let force_n = bench.permitted_n(FORCE_N);
     let all_ms = STEPS * STEP_MS + SINE_MS + CHIRP_MS;
-    let command = |ms: u32| Vec3::x() * (force_n * share(ms));
+    let command = |ms: u32| Vec3::x() * (force_n * force_share(ms));
     bench.pushed(all_ms, command, |ms, seen| {
         points.push(Point {
             at_s: ms as f32 * 1e-3,
@@ -73,7 +74,7 @@ pub(super) fn test(
             position_m: seen.at_m.x,
         });
     })?;
-    let answer_m = answer(points);
+    let answer_m = step_displacement_m(points);
     let words = format!(
         "steps of ±{force_n:.1} N along x move the handle by {:.2} mm",
         answer_m * 1e3
@@ -83,7 +84,7 @@ pub(super) fn test(
             "{words}: too little. Hold it more loosely and test again. If it still does not move, \
              its friction exceeds the force"
         );
-        report.leave_open("response", &why);
+        report.mark_not_judged("response", &why);
     } else {
         let good = answer_m > 0.0;
         let why = if good {
@@ -98,7 +99,7 @@ pub(super) fn test(
 
 /// Mean position in the second halves of the steps to the right, minus that in the second halves of
 /// the steps to the left, m.
-fn answer(points: &[Point]) -> f32 {
+fn step_displacement_m(points: &[Point]) -> f32 {
     let end_of = |is_right: bool| {
         let ends: Vec<f32> = points
             .iter()

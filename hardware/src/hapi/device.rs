@@ -1,5 +1,5 @@
-//! The board's side of the protocol, for the emulator. It reproduces two flaws of the firmware: the
-//! last torque stays, and missing bytes are misread.
+//! The board's side of the protocol. The emulator uses it. It reproduces two flaws of the firmware:
+//! the last torque stays, and missing bytes are misread.
 
 use std::collections::VecDeque;
 
@@ -20,7 +20,7 @@ pub struct Board {
     unread: VecDeque<u8>,
     motors: [Motor; PORTS],
     encoders: [Encoder; PORTS],
-    waiting: Option<Waiting>,
+    waiting: Option<PendingCommand>,
     /// True if the board was set up since power-up.
     was_set_up: bool,
 }
@@ -37,14 +37,14 @@ struct Encoder {
     host: u8,
     counts_per_turn: f32,
     /// Angle of the arm that the host stated at the set-up.
-    told_deg: f32,
+    stated_deg: f32,
     /// True angle of the arm at the set-up.
-    was_deg: f32,
+    true_deg: f32,
 }
 
 /// A command whose floats are incomplete.
 #[derive(Debug, Clone, Copy)]
-struct Waiting {
+struct PendingCommand {
     host: u8,
     floats: usize,
     what: Floats,
@@ -58,10 +58,10 @@ enum Floats {
 }
 
 impl Board {
-    /// Takes the host's bytes and answers every torque command; `angles_deg` are the arms' angles
+    /// Takes the host's bytes and answers every torque command. `angles_deg` are the arms' angles,
     /// by port.
     ///
-    /// The firmware waits for floats but not for single bytes: a missing byte reads as FF.
+    /// Like the firmware, it waits for floats but not for single bytes. A missing byte reads as FF.
     pub fn receive(
         &mut self,
         bytes: &[u8],
@@ -90,13 +90,13 @@ impl Board {
             match first {
                 command::RESET => {
                     self.byte();
-                    self.forget();
+                    self.reset();
                 }
                 command::SET_UP => self.set_up(now_us),
                 command::TORQUES => {
                     let host = self.byte();
                     let floats = self.motors.iter().filter(|m| m.host == host).count();
-                    self.waiting = Some(Waiting {
+                    self.waiting = Some(PendingCommand {
                         host,
                         floats,
                         what: Floats::Torques,
@@ -132,7 +132,7 @@ impl Board {
     }
 
     /// The motors lose their host but keep their torque.
-    fn forget(&mut self) {
+    fn reset(&mut self) {
         for motor in &mut self.motors {
             motor.host = 0;
         }
@@ -142,7 +142,7 @@ impl Board {
     }
 
     fn set_up(&mut self, now_us: u32) {
-        self.forget();
+        self.reset();
         let host = self.byte();
         let motors = self.byte() & 0x0F;
         for _ in 0..motors.count_ones() {
@@ -157,7 +157,7 @@ impl Board {
                 self.byte();
             }
         }
-        self.waiting = Some(Waiting {
+        self.waiting = Some(PendingCommand {
             host,
             floats: 2 * mask.count_ones() as usize,
             what: Floats::Encoders { mask, motors },
@@ -165,7 +165,7 @@ impl Board {
         });
     }
 
-    fn floats(&mut self, waiting: Waiting, angles_deg: [f32; PORTS]) {
+    fn floats(&mut self, waiting: PendingCommand, angles_deg: [f32; PORTS]) {
         let host = waiting.host;
         match waiting.what {
             Floats::Torques => {
@@ -183,15 +183,15 @@ impl Board {
                 }
             }
             Floats::Encoders { mask, motors } => {
-                for (port, was_deg) in angles_deg.into_iter().enumerate() {
+                for (port, true_deg) in angles_deg.into_iter().enumerate() {
                     if mask & 1 << port != 0 {
-                        let told_deg = self.float();
+                        let stated_deg = self.float();
                         let counts_per_turn = self.float();
                         self.encoders[port] = Encoder {
                             host,
                             counts_per_turn,
-                            told_deg,
-                            was_deg,
+                            stated_deg,
+                            true_deg,
                         };
                         self.was_set_up = true;
                     }
@@ -208,8 +208,8 @@ impl Board {
         for (encoder, angle_deg) in self.encoders.iter().zip(angles_deg) {
             if encoder.host == host {
                 let step_deg = 360.0 / encoder.counts_per_turn;
-                let turned_deg = angle_deg - encoder.was_deg;
-                let read = encoder.told_deg + (turned_deg / step_deg).round() * step_deg;
+                let turned_deg = angle_deg - encoder.true_deg;
+                let read = encoder.stated_deg + (turned_deg / step_deg).round() * step_deg;
                 bytes.extend_from_slice(&read.to_le_bytes());
             }
         }
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn set_up_it_answers_angles_and_holds_the_torque() {
+    fn after_the_setup_the_board_answers_angles_and_applies_the_torque() {
         let mut board = ready();
         let answer = say(&mut board, &torques([0.0625, -1.0]));
         assert_eq!(answer.len(), 9);
@@ -263,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn angles_are_what_it_was_told_and_what_was_turned_since() {
+    fn angles_are_the_given_start_plus_the_rotation_since() {
         let mut board = Board::default();
         say(&mut board, &set_up(&Pantograph::GEN3.ports([100.0, 30.0])));
         let mut answer = Vec::new();

@@ -22,18 +22,18 @@ pub(crate) const BAUD: u32 = 115_200;
 const NAME: &str = "Haply hAPI board";
 /// Longest handshake. The firmware waits up to 1 s for the rest of a broken command.
 const HANDSHAKE: Duration = Duration::from_secs(3);
-/// Longest wait for an answer. A board answers within a millisecond; a busy host may notice later.
+/// Longest wait for an answer. A board answers within a millisecond; a busy host may read it later.
 const ANSWER: Duration = Duration::from_millis(150);
 /// Time after which the board has read everything and expects a command.
-const SETTLED: Duration = Duration::from_millis(5);
+const SETTLE_TIME: Duration = Duration::from_millis(5);
 /// Number of requests without a complete answer after which the board is set up anew.
-const ROUNDS: u32 = 8;
+const REQUESTS_MAX: u32 = 8;
 /// Angles for a board that does not know its own. No arm can turn this far, so neither these angles
-/// nor later ones relative to them pass for real ones.
+/// nor later ones relative to them are mistaken for real ones.
 const UNKNOWN_DEG: [f32; ARMS] = [560.0; ARMS];
-/// Largest angle of any arm of any generation from the line of the motors, degrees.
+/// Largest angle between an arm and the line of the motors, in any generation, degrees.
 const TURN_MAX_DEG: f32 = 390.0;
-/// Zeros that complete any broken command with floats near zero. The board reads the remaining
+/// Zeros that complete any incomplete command with floats near zero. The board reads the remaining
 /// zeros as resets.
 const ZEROS: [u8; SET_UP_BYTES] = [0; SET_UP_BYTES];
 /// Largest number of bytes that one poll reads: 56 answers.
@@ -45,7 +45,7 @@ const SPEED_LIMIT_DEG_S: f32 = 2000.0;
 /// Noise of an angle, degrees, allowed on top of that turn.
 const NOISE_DEG: f32 = 0.3;
 /// Age above which an incomplete answer is dropped, ns.
-const LEFT_OVER_NS: u64 = 500_000;
+const INCOMPLETE_NS: u64 = 500_000;
 /// Time without an answer after which the board counts as lost, ns. It has then lost its angles or
 /// its power and must be opened anew. Until then it may hold a torque.
 const LOST_NS: u64 = 100_000_000;
@@ -62,7 +62,7 @@ pub struct HapiHaptic {
     sequence: u16,
     /// Number of bytes of the last command that the line did not take. They are sent before the
     /// next command, as zeros.
-    owed: usize,
+    unsent_bytes: usize,
     /// Time of the oldest unanswered command.
     asked_ns: Option<TimeNs>,
     is_silent: bool,
@@ -94,12 +94,12 @@ impl HapiHaptic {
         Self::on(Line::open(path, BAUD)?, generation, UNKNOWN_DEG)
     }
 
-    /// Opens the device on an open line. `else_deg` are the angles for a board that does not know
-    /// its own.
+    /// Opens the device on an open line. `default_deg` are the angles for a board that does not
+    /// know its own.
     pub(crate) fn on(
         line: Line,
         generation: Pantograph,
-        else_deg: [f32; ARMS],
+        default_deg: [f32; ARMS],
     ) -> Result<Self, HardwareError> {
         let path = line.path().to_path_buf();
         let mut board = Self {
@@ -109,13 +109,13 @@ impl HapiHaptic {
             gate: Gate::new(SPEED_LIMIT_DEG_S, NOISE_DEG),
             counters: LineCounters::default(),
             sequence: 0,
-            owed: 0,
+            unsent_bytes: 0,
             asked_ns: None,
             is_silent: false,
         };
         // If the greeting fails, `drop` may send a zero but must not give the board angles.
-        let angles_deg = board.greet(else_deg)?;
-        if board.place(angles_deg).is_none() {
+        let angles_deg = board.greet(default_deg)?;
+        if board.plausible_position_m(angles_deg).is_none() {
             return Err(HardwareError::Calibration {
                 path,
                 remedy: "The board does not know the angles of its arms. End Calot, switch the board off and on, hold the handle \
@@ -149,14 +149,14 @@ impl HapiHaptic {
     }
 
     /// Removes any torque. Returns the angles of a board that knows them; any other board is given
-    /// `else_deg`.
-    fn greet(&mut self, else_deg: [f32; ARMS]) -> Result<[f32; ARMS], HardwareError> {
+    /// `default_deg`.
+    fn greet(&mut self, default_deg: [f32; ARMS]) -> Result<[f32; ARMS], HardwareError> {
         let start = Instant::now();
         let mut heard = 0;
         // On a board that is set up, this removes the torque within a millisecond.
         self.write([0.0; ARMS], now_ns());
         loop {
-            if let Some(angles_deg) = self.settle(&mut heard)? {
+            if let Some(angles_deg) = self.confirm_zero_torque(&mut heard)? {
                 return Ok(angles_deg);
             }
             if start.elapsed() >= HANDSHAKE {
@@ -167,17 +167,22 @@ impl HapiHaptic {
                     heard,
                 });
             }
-            self.begin(else_deg);
+            self.set_up_board(default_deg);
         }
     }
 
-    /// Waits until the board has certainly received a zero torque, without setting it up. So a slow
-    /// board keeps its angles. Returns `None` if the board is not set up, or is silent for long.
-    fn settle(&mut self, heard: &mut u64) -> Result<Option<[f32; ARMS]>, HardwareError> {
-        // The first answer may belong to another host's broken command, whose rest then resets the
-        // board with the motors on. Only a second answer proves that the zero arrived.
+    /// Waits until the board has certainly received a zero torque. It does not set the board up, so
+    /// a slow board keeps its angles. Returns `None` if the board is not set up, or does not answer
+    /// for long.
+    fn confirm_zero_torque(
+        &mut self,
+        heard: &mut u64,
+    ) -> Result<Option<[f32; ARMS]>, HardwareError> {
+        // The first answer may belong to an incomplete command of another host. Our zeros then
+        // complete that command, and their rest resets the board with the motors on. Only a second
+        // answer proves that the zero torque arrived.
         let mut is_sure = false;
-        for _ in 0..ROUNDS {
+        for _ in 0..REQUESTS_MAX {
             match self.answer(heard)? {
                 Answer::Angles(angles_deg) if is_sure => return Ok(Some(angles_deg)),
                 Answer::Angles(_) => is_sure = true,
@@ -189,13 +194,12 @@ impl HapiHaptic {
         Ok(None)
     }
 
-    /// Brings the board from any state to zero torque, and requests an answer. The set-up is
-    /// necessary, because only a board that is set up takes a torque, and a reset leaves the motors
-    /// on.
-    fn begin(&mut self, angles_deg: [f32; ARMS]) {
+    /// Brings the board from any state to zero torque, and requests an answer. A reset would leave
+    /// the motors on, and only a board that is set up takes a torque. So the board is set up first.
+    fn set_up_board(&mut self, angles_deg: [f32; ARMS]) {
         self.line.write(&ZEROS);
-        self.owed = 0;
-        thread::sleep(SETTLED);
+        self.unsent_bytes = 0;
+        thread::sleep(SETTLE_TIME);
         self.line.write(&set_up(&self.generation.ports(angles_deg)));
         self.line.write(&torques([0.0; ARMS]));
     }
@@ -235,7 +239,7 @@ impl HapiHaptic {
     }
 
     /// Position of the handle, if it is plausible.
-    fn place(&self, angles_deg: [f32; ARMS]) -> Option<Vec3> {
+    fn plausible_position_m(&self, angles_deg: [f32; ARMS]) -> Option<Vec3> {
         let reach_m = self.generation.radius_m as f32 * REACH;
         if angles_deg.iter().any(|deg| deg.abs() > TURN_MAX_DEG) {
             return None;
@@ -246,16 +250,16 @@ impl HapiHaptic {
     }
 
     fn write(&mut self, torque_nm: [f32; ARMS], now_ns: TimeNs) {
-        if self.owed > 0 {
-            let rest = ZEROS.get(..self.owed).unwrap_or(&ZEROS);
+        if self.unsent_bytes > 0 {
+            let rest = ZEROS.get(..self.unsent_bytes).unwrap_or(&ZEROS);
             match self.line.write(rest) {
-                Written::All => self.owed = 0,
-                Written::Part(count) => self.owed = self.owed.saturating_sub(count),
+                Written::All => self.unsent_bytes = 0,
+                Written::Part(count) => self.unsent_bytes = self.unsent_bytes.saturating_sub(count),
                 Written::Nothing => {}
             }
         }
         let command = torques(torque_nm);
-        let written = if self.owed > 0 {
+        let written = if self.unsent_bytes > 0 {
             Written::Nothing
         } else {
             self.line.write(&command)
@@ -265,7 +269,7 @@ impl HapiHaptic {
                 self.asked_ns.get_or_insert(now_ns);
             }
             Written::Part(count) => {
-                self.owed = command.len() - count;
+                self.unsent_bytes = command.len() - count;
                 self.counters.dropped_writes += 1;
             }
             Written::Nothing => self.counters.dropped_writes += 1,
@@ -274,13 +278,13 @@ impl HapiHaptic {
 }
 
 impl Drop for HapiHaptic {
-    /// Sends zero torque, because the board would hold its last torque for ever. A board that lost
-    /// its angles is first set up with impossible ones, because only a board that is set up takes a
-    /// torque.
+    /// Sends zero torque, because the board would hold its last torque for ever. Only a board that
+    /// is set up takes a torque. So a board that lost its angles is first set up with impossible
+    /// ones.
     fn drop(&mut self) {
         self.write([0.0; ARMS], 0);
-        if self.is_silent && matches!(self.settle(&mut 0), Ok(None)) {
-            self.begin(UNKNOWN_DEG);
+        if self.is_silent && matches!(self.confirm_zero_torque(&mut 0), Ok(None)) {
+            self.set_up_board(UNKNOWN_DEG);
         }
     }
 }
@@ -323,9 +327,9 @@ impl HapticDevice for HapiHaptic {
                 continue;
             };
             let good = read.ok().map(swapped).and_then(|angles_deg| {
-                let position_m = self.place(angles_deg);
+                let position_m = self.plausible_position_m(angles_deg);
                 if position_m.is_none() || !self.gate.admit(angles_deg, at_ns) {
-                    self.reader.refuse();
+                    self.reader.reject();
                     return None;
                 }
                 position_m
@@ -340,13 +344,13 @@ impl HapticDevice for HapiHaptic {
                 None => self.counters.bad_frames += 1,
             }
         }
-        // Answers arrive whole or not at all. A leftover part must not pass for the beginning of
+        // Answers arrive whole or not at all. A leftover part must not be read as the beginning of
         // the next answer.
-        if count > 0 && self.reader.waiting() > 0 && now_ns.saturating_sub(at_ns) > LEFT_OVER_NS {
+        if count > 0 && self.reader.waiting() > 0 && now_ns.saturating_sub(at_ns) > INCOMPLETE_NS {
             self.counters.bad_frames += 1;
             self.reader.clear();
         }
-        // The board counts as lost even if bytes come, because a board that is no longer set up
+        // Bytes alone do not show that the board still works: a board that is no longer set up
         // answers with our id only.
         let is_overdue = |asked_ns| now_ns.saturating_sub(asked_ns) > LOST_NS;
         if !self.is_silent && self.asked_ns.is_some_and(is_overdue) {

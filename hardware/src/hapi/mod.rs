@@ -7,8 +7,8 @@
 //! switch within reach.
 //!
 //! The encoders count from the handle's position at the set-up, which only a person knows. After a
-//! loss the driver therefore asks the board patiently and never sets it up as if the handle were at
-//! home. A board that lost its angles gets impossible angles and is refused until its power is
+//! loss the driver therefore repeats its requests and never sets the board up as if the handle were
+//! at home. A board that lost its angles gets impossible angles and is refused until its power is
 //! switched off and on.
 //!
 //! Source: Haply's firmware `Haply_M3_Firmware_V1_5` and API (commands, torque limit, effect of a

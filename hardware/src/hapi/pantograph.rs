@@ -12,9 +12,9 @@ use rt_core::math::Vec3;
 
 use super::wire::{ARMS, Port};
 
-/// Smallest sine of the angle between the far arms at which force is rendered. If the far arms are
-/// nearer to one line, the torques for a force grow beyond what the motors bear.
-const STRETCHED: f64 = 0.1;
+/// Smallest sine of the angle between the far arms at which force is rendered. At a smaller angle,
+/// the torques for a force exceed what the motors can render.
+const SINE_MIN: f64 = 0.1;
 
 /// Arms, encoders, drives and limits of one generation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -156,8 +156,8 @@ impl Pantograph {
     }
 
     /// Angles of arms 1 and 2, degrees, for a handle position in the base frame. The height of the
-    /// position is ignored. If an arm does not reach the position, its angle is taken at the
-    /// nearest distance that it reaches.
+    /// position is ignored. If an arm cannot reach the position, its angle is computed for the
+    /// nearest distance within its reach.
     #[must_use]
     pub fn angles_deg(&self, position_m: Vec3) -> [f32; ARMS] {
         let [x, y] = self.origin_m;
@@ -213,7 +213,7 @@ impl Pantograph {
             far[arm].dot(&Vector2::new(-near.y, near.x))
         });
         let [a, b] = far;
-        if a.perp(&b).abs() < STRETCHED * self.far_m * self.far_m {
+        if a.perp(&b).abs() < SINE_MIN * self.far_m * self.far_m {
             return None;
         }
         let rows = Matrix2::new(a.x, a.y, b.x, b.y);
@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn the_force_is_limited_by_the_motors_and_drops_what_leaves_the_plane() {
+    fn the_force_is_limited_by_the_motors_and_has_no_part_out_of_the_plane() {
         let generation = Pantograph::GEN3;
         let angles = generation.angles_deg(Vec3::zeros());
         let force = Vec3::new(300.0, 40.0, -200.0);
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn arms_that_do_not_meet_have_no_place_and_stretched_ones_no_force() {
+    fn arms_that_do_not_meet_have_no_position_and_stretched_arms_no_force() {
         let wide = Pantograph {
             apart_m: 0.1,
             ..Pantograph::GEN3
@@ -282,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn arms_and_ports_are_crossed() {
+    fn each_arm_is_on_the_port_of_the_other_side() {
         let ports = Pantograph::GEN2.ports([241.0, -61.0]);
         assert!(ports[0].angle_deg < 0.0 && ports[1].angle_deg > 240.0);
         assert_eq!(ports.map(|port| port.motor_reversed), [false, true]);

@@ -11,9 +11,9 @@
 //! Floats are little-endian. A board that this `id` has not set up takes no torques and answers
 //! with the `id` only. It reads the rest of the command as new commands: two zeros are a reset.
 
-/// Calot's id on the board. As the upper byte of a float, where a lost byte may put it, it makes a
-/// negligible torque (1e-22 N m). It also distinguishes our set-up from other programs' (Haply's
-/// examples use 5).
+/// Calot's id on the board. If a byte is lost, the id may become the upper byte of a float. The
+/// torque is then negligible (1e-22 N m). The id also distinguishes our set-up from that of other
+/// programs (Haply's examples use 5).
 pub const ID: u8 = 0x1C;
 /// Motors and encoders in use.
 pub const ARMS: usize = 2;
@@ -84,15 +84,15 @@ pub fn set_up(ports: &[Port; ARMS]) -> [u8; SET_UP_BYTES] {
 /// Torque command for ports 1 and 2, N m.
 #[must_use]
 pub fn torques(torque_nm: [f32; ARMS]) -> [u8; TORQUES_BYTES] {
-    let [a, b] = torque_nm.map(|torque| coarse(torque).to_le_bytes());
+    let [a, b] = torque_nm.map(|torque| truncate_mantissa(torque).to_le_bytes());
     let [[a0, a1, a2, a3], [b0, b1, b2, b3]] = [a, b];
     [command::TORQUES, ID, a0, a1, a2, a3, b0, b1, b2, b3]
 }
 
 /// Rounds the torque towards zero in steps of less than 1 %, so that its two lower bytes are zero.
-/// Losing one or two bytes on the way then shifts zeros into the float's upper bytes and makes no
-/// torque.
-fn coarse(torque_nm: f32) -> f32 {
+/// If one or two bytes are lost on the way, zeros shift into the float's upper bytes, and the
+/// torque is nearly zero.
+fn truncate_mantissa(torque_nm: f32) -> f32 {
     if torque_nm.is_finite() {
         f32::from_bits(torque_nm.to_bits() & 0xFFFF_0000)
     } else {
@@ -109,14 +109,14 @@ pub struct AnswerReader {
 
 /// Bytes that are not an answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Broken;
+pub struct BadAnswer;
 
 impl AnswerReader {
     /// Takes one byte. Returns `Some(Ok)` with the angles of ports 1 and 2, degrees, when an answer
     /// is complete. Returns `Some(Err)` for a broken answer and for a byte outside of an answer.
-    pub fn push(&mut self, byte: u8) -> Option<Result<[f32; ARMS], Broken>> {
+    pub fn push(&mut self, byte: u8) -> Option<Result<[f32; ARMS], BadAnswer>> {
         if self.len == 0 && byte != ID {
-            return Some(Err(Broken));
+            return Some(Err(BadAnswer));
         }
         if let Some(slot) = self.bytes.get_mut(self.len) {
             *slot = byte;
@@ -132,20 +132,20 @@ impl AnswerReader {
             self.len = 0;
             Some(Ok(angles_deg))
         } else {
-            self.take_up(self.bytes);
-            Some(Err(Broken))
+            self.resynchronise(self.bytes);
+            Some(Err(BadAnswer))
         }
     }
 
     /// Rejects the last answer. The true answer may begin anywhere behind its first byte.
-    pub fn refuse(&mut self) {
+    pub fn reject(&mut self) {
         if self.len == 0 {
-            self.take_up(self.bytes);
+            self.resynchronise(self.bytes);
         }
     }
 
     /// Searches the bytes of a rejected answer for the next beginning.
-    fn take_up(&mut self, [_, rest @ ..]: [u8; ANSWER_BYTES]) {
+    fn resynchronise(&mut self, [_, rest @ ..]: [u8; ANSWER_BYTES]) {
         let skipped = rest.iter().take_while(|&&byte| byte != ID).count();
         self.len = 0;
         for (slot, &byte) in self.bytes.iter_mut().zip(rest.iter().skip(skipped)) {
@@ -208,7 +208,7 @@ mod tests {
         for &byte in stream {
             match reader.push(byte) {
                 Some(Ok(angles)) => good.push(angles),
-                Some(Err(Broken)) => bad += 1,
+                Some(Err(BadAnswer)) => bad += 1,
                 None => {}
             }
         }
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn answers_are_found_behind_noise() {
+    fn answers_are_found_after_noise() {
         let mut stream = vec![7, 9];
         stream.extend_from_slice(&answer([181.5, -3.25]));
         stream.extend_from_slice(&answer([181.75, -3.0]));
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn an_answer_that_was_refused_may_begin_later() {
+    fn the_next_answer_may_begin_inside_a_refused_one() {
         let mut reader = AnswerReader::default();
         // Three bytes of noise that look like the start of an answer.
         for byte in [ID, 0, 0] {
@@ -235,7 +235,7 @@ mod tests {
             if let Some(Ok(angles)) = reader.push(byte) {
                 found.push(angles);
                 if angles[0] < 0.5 {
-                    reader.refuse();
+                    reader.reject();
                 }
             }
         }
@@ -245,7 +245,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn angles_come_back(angles in prop::array::uniform2(-720.0..720.0f32)) {
+        fn angles_are_read_as_sent(angles in prop::array::uniform2(-720.0..720.0f32)) {
             prop_assert_eq!(read(&answer(angles)), (vec![angles], 0));
         }
 
@@ -275,7 +275,7 @@ mod tests {
 
         #[test]
         fn torques_are_sent_to_one_percent_and_never_more(sent in -0.123..0.123f32) {
-            let read = coarse(sent);
+            let read = truncate_mantissa(sent);
             prop_assert!(read.abs() <= sent.abs() && (read - sent).abs() <= 0.01 * sent.abs());
         }
     }

@@ -5,7 +5,7 @@ use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
 use super::message::Message;
-use super::request::{Heard, Inbox};
+use super::request::{Inbox, Incoming};
 use super::wire::Version;
 
 /// Largest number of bytes from a client that one call reads.
@@ -13,38 +13,40 @@ const READ_BYTES: usize = 4096;
 /// Largest number of messages of a client that one call answers.
 pub(super) const ANSWERS_MAX: usize = 16;
 
-/// A new client may ask in this time before it is sent anything unasked.
-const FIRST_QUESTION: Duration = Duration::from_millis(200);
-/// A client that began with a question gets answers only, until it has asked nothing for so long.
-const QUESTIONS: Duration = Duration::from_secs(5);
+/// Time in which a new client may send a first request. Until then it gets no message without a
+/// request.
+const FIRST_REQUEST_TIME: Duration = Duration::from_millis(200);
+/// A client that began with a request gets answers only. It gets all messages once it has sent no
+/// request for this time.
+const ANSWERS_ONLY_TIME: Duration = Duration::from_secs(5);
 
 /// A connected client.
 #[derive(Debug)]
 pub(super) struct Client {
     stream: TcpStream,
     inbox: Inbox,
-    /// Rest of a message that the socket did not take whole.
-    rest: Vec<u8>,
-    /// The client will send nothing more. It may still read.
+    /// Unsent rest of the last message.
+    unsent: Vec<u8>,
+    /// True if the client has closed its sending side. It may still read.
     is_done_sending: bool,
-    /// Version of the client's last message, in which it is sent everything.
+    /// Version of the client's last message. All messages to this client have this version.
     version: Version,
-    attention: Attention,
-    /// Tracking data that the client asked for, with rotations as matrices and as quaternions.
+    mode: Mode,
+    /// Tracking data that the client requested, with rotations as matrices and as quaternions.
     tracking: [Option<Tracking>; 2],
-    /// The client was told once that its data are not taken.
+    /// True once the client was told that the server ignores its data.
     pub(super) is_told_of_data: bool,
 }
 
-/// Says if a client is sent what it did not ask for.
+/// State of a client that decides whether it gets messages without a request.
 #[derive(Debug, Clone, Copy)]
-enum Attention {
-    /// It is new, and may begin with a question until this time.
-    New(Instant),
-    /// It asks, and takes the next message for the answer, until this time.
-    Asks(Instant),
-    /// It gets everything.
-    Listens,
+enum Mode {
+    /// It is new, and may begin with a request until this time.
+    AwaitingRequest(Instant),
+    /// It sends requests, and takes the next message as the answer. The state ends at this time.
+    AnswersOnly(Instant),
+    /// It gets all messages.
+    AllMessages,
 }
 
 /// Form of tracking data.
@@ -78,27 +80,28 @@ impl Client {
         Self {
             stream,
             inbox: Inbox::default(),
-            rest: Vec::new(),
+            unsent: Vec::new(),
             is_done_sending: false,
             version: Version::One,
-            attention: Attention::New(Instant::now() + FIRST_QUESTION),
+            mode: Mode::AwaitingRequest(Instant::now() + FIRST_REQUEST_TIME),
             tracking: [None; 2],
             is_told_of_data: false,
         }
     }
 
-    /// Reads and returns what the client sent. Bounded in each call.
+    /// Reads what the client sent, and returns its complete messages. Each call reads and returns a
+    /// bounded amount.
     ///
     /// # Errors
     ///
     /// The socket's error: the client is gone.
-    pub(super) fn hear(&mut self) -> io::Result<Vec<Heard>> {
+    pub(super) fn receive(&mut self) -> io::Result<Vec<Incoming>> {
         if !self.is_done_sending && self.inbox.has_room() {
             let mut bytes = [0; READ_BYTES];
             match self.stream.read(&mut bytes) {
                 Ok(0) => self.is_done_sending = true,
                 Ok(count) => self.inbox.add(bytes.get(..count).unwrap_or_default()),
-                Err(error) if is_for_later(&error) => {}
+                Err(error) if is_temporary(&error) => {}
                 Err(error) => return Err(error),
             }
         }
@@ -106,46 +109,46 @@ impl Client {
         Ok(heard.take(ANSWERS_MAX).collect())
     }
 
-    /// Sends everything from now on in the version of the client's message.
-    pub(super) fn speak(&mut self, version: Version) {
+    /// Uses the version of the client's message for all later messages.
+    pub(super) fn use_version(&mut self, version: Version) {
         self.version = match version {
             Version::One => Version::One,
             Version::Two { .. } => Version::Two { message_id: 0 },
         };
     }
 
-    /// The client asks for data, which it takes from the next message.
-    pub(super) fn ask(&mut self) {
-        if !matches!(self.attention, Attention::Listens) {
-            self.attention = Attention::Asks(Instant::now() + QUESTIONS);
+    /// Notes a request for data. The client takes the next message as the answer.
+    pub(super) fn note_request(&mut self) {
+        if !matches!(self.mode, Mode::AllMessages) {
+            self.mode = Mode::AnswersOnly(Instant::now() + ANSWERS_ONLY_TIME);
         }
     }
 
-    /// True if the client is sent what it did not ask for.
-    pub(super) const fn listens(&self) -> bool {
-        matches!(self.attention, Attention::Listens)
+    /// True if the client gets messages without a request.
+    pub(super) const fn gets_all(&self) -> bool {
+        matches!(self.mode, Mode::AllMessages)
     }
 
-    /// Returns true at the moment from which the client listens: it did not ask in time, asked
-    /// nothing for long, or will never ask.
-    pub(super) fn begins_to_listen(&mut self, now: Instant) -> bool {
-        let (Attention::New(end) | Attention::Asks(end)) = self.attention else {
+    /// Returns true once, when the client begins to get messages without a request: its time for a
+    /// request is over, or it has closed its sending side.
+    pub(super) fn begins_to_get_all(&mut self, now: Instant) -> bool {
+        let (Mode::AwaitingRequest(end) | Mode::AnswersOnly(end)) = self.mode else {
             return false;
         };
         let begins = now >= end || self.is_done_sending;
         if begins {
-            self.attention = Attention::Listens;
+            self.mode = Mode::AllMessages;
         }
         begins
     }
 
-    /// Begins to send tracking data of a form, at most one in each `every`.
+    /// Begins to send tracking data of a form, at most one message in each `every`.
     pub(super) fn start_tracking(&mut self, form: Form, every: Duration) {
         let due = Instant::now();
         *self.tracking_in(form) = Some(Tracking { every, due });
     }
 
-    /// Ends sending tracking data of a form.
+    /// Stops sending tracking data of a form.
     pub(super) fn stop_tracking(&mut self, form: Form) {
         *self.tracking_in(form) = None;
     }
@@ -158,15 +161,15 @@ impl Client {
         }
     }
 
-    /// True if the client asked for tracking data of this form and their time has come; moves the
-    /// time on.
+    /// True if the client requested tracking data of this form and the next message is due. The
+    /// message after it is then scheduled.
     pub(super) fn is_tracking_due(&mut self, form: Form, now: Instant) -> bool {
         let Some(tracking) = self.tracking_in(form) else {
             return false;
         };
         let is_due = now >= tracking.due;
         if is_due {
-            // The rate holds on average, but a pause is not made up for.
+            // The mean rate is kept, but a pause is not caught up.
             let next = tracking.due + tracking.every;
             tracking.due = if next < now {
                 now + tracking.every
@@ -177,8 +180,8 @@ impl Client {
         is_due
     }
 
-    /// Sends a message in the client's version. Returns true if the socket took it, or the first
-    /// part of it; false if the client does not read fast enough and misses it.
+    /// Sends a message in the client's version. Returns true if the socket took all or a first part
+    /// of it. Returns false if the client does not read fast enough and misses the message.
     ///
     /// # Errors
     ///
@@ -197,10 +200,10 @@ impl Client {
     }
 
     fn send_bytes(&mut self, message: &[u8]) -> io::Result<bool> {
-        if !self.rest.is_empty() {
-            let sent = self.write(&self.rest)?;
-            self.rest.drain(..sent);
-            if !self.rest.is_empty() {
+        if !self.unsent.is_empty() {
+            let sent = self.write(&self.unsent)?;
+            self.unsent.drain(..sent);
+            if !self.unsent.is_empty() {
                 return Ok(false);
             }
         }
@@ -208,19 +211,19 @@ impl Client {
         if sent == 0 {
             return Ok(false);
         }
-        self.rest.extend(message.iter().skip(sent));
+        self.unsent.extend(message.iter().skip(sent));
         Ok(true)
     }
 
     fn write(&self, bytes: &[u8]) -> io::Result<usize> {
         match (&self.stream).write(bytes) {
             Ok(0) => Err(ErrorKind::WriteZero.into()),
-            Err(error) if is_for_later(&error) => Ok(0),
+            Err(error) if is_temporary(&error) => Ok(0),
             other => other,
         }
     }
 }
 
-fn is_for_later(error: &io::Error) -> bool {
+fn is_temporary(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted)
 }

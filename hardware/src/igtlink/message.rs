@@ -7,7 +7,7 @@ use super::wire::{self, Version};
 
 /// Longest name of a status, bytes.
 const STATUS_NAME_BYTES: usize = 20;
-/// `TDATA`: an instrument with position and orientation.
+/// Type of instrument in tracking data: position and orientation (6 degrees of freedom).
 const SIX_DEGREES: u8 = 2;
 /// IANA's number of US-ASCII.
 const ASCII: u16 = 3;
@@ -19,7 +19,7 @@ pub enum Code {
     Ok = 1,
     /// There is nothing of this name.
     NotFound = 4,
-    /// No place for another client.
+    /// No room for another client.
     Busy = 6,
     /// The source is silent.
     TimeOut = 7,
@@ -29,18 +29,18 @@ pub enum Code {
     Config = 10,
     /// The request is not supported.
     UnknownInstruction = 12,
-    /// Not yet, or not now.
+    /// There is no such message now.
     NotReady = 13,
-    /// The source was not there so far.
+    /// The source has not appeared yet.
     NotPresent = 16,
-    /// Version of the header is not known.
+    /// The version of the header is unknown.
     UnknownVersion = 17,
     /// The source has ended.
     ShutDown = 19,
 }
 
-/// Unit of a `SENSOR`, packed as the protocol says: prefix (4 bits), then six times the number of a
-/// unit (6 bits) and its exponent (4 bits), from the highest bit down.
+/// Unit of a `SENSOR`, packed as the protocol defines, from the highest bit down: a prefix (4
+/// bits), then six pairs of a unit's number (6 bits) and its exponent (4 bits).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u64)]
 pub enum Unit {
@@ -73,7 +73,7 @@ impl Message {
         }
     }
 
-    /// `TRANSFORM`: a pose, m. The protocol counts in mm. `None` if a number is not finite.
+    /// `TRANSFORM`: a pose, m; in mm on the wire. `None` if a number is not finite.
     #[must_use]
     pub fn transform(name: &str, pose: &Isometry3<f32>, unix_ns: u64) -> Option<Self> {
         let mut content = Vec::with_capacity(48);
@@ -81,7 +81,7 @@ impl Message {
         Some(Self::new("TRANSFORM", name, unix_ns, content))
     }
 
-    /// `TDATA`: named poses, m, of one moment. `None` if a number is not finite.
+    /// `TDATA`: named poses, m, at one time. `None` if a number is not finite.
     #[must_use]
     pub fn tracking(name: &str, poses: &[(&str, Isometry3<f32>)], unix_ns: u64) -> Option<Self> {
         let mut content = Vec::with_capacity(70 * poses.len());
@@ -93,8 +93,8 @@ impl Message {
         Some(Self::new("TDATA", name, unix_ns, content))
     }
 
-    /// `QTDATA`: as [`Message::tracking`], with the rotations as quaternions. `None` if a number is
-    /// not finite.
+    /// `QTDATA`: like [`Message::tracking`], with the rotations as quaternions. `None` if a number
+    /// is not finite.
     #[must_use]
     pub fn quaternions(name: &str, poses: &[(&str, Isometry3<f32>)], unix_ns: u64) -> Option<Self> {
         let mut content = Vec::with_capacity(50 * poses.len());
@@ -124,7 +124,8 @@ impl Message {
         Some(Self::new("SENSOR", name, unix_ns, content))
     }
 
-    /// `STRING`: a text. Characters outside of ASCII become question marks; it is cut at 64 KiB.
+    /// `STRING`: a text. Characters outside of ASCII become question marks. A text is cut at 64
+    /// KiB.
     #[must_use]
     pub fn string(name: &str, text: &str, unix_ns: u64) -> Self {
         let text: Vec<u8> = ascii(text).take(usize::from(u16::MAX)).collect();
@@ -136,8 +137,8 @@ impl Message {
         Self::new("STRING", name, unix_ns, content)
     }
 
-    /// `POLYDATA`: a surface of triangles. Points are in m; the protocol has no unit, and receivers
-    /// take mm. Indices count from 0.
+    /// `POLYDATA`: a surface of triangles. Points are in m here and in mm on the wire: the protocol
+    /// defines no unit, and receivers expect mm. Indices count from 0.
     #[must_use]
     pub fn polydata(
         name: &str,
@@ -149,7 +150,7 @@ impl Message {
         const TRIANGLE_BYTES: usize = 16;
         let bytes = TRIANGLE_BYTES * triangles.len();
         let count = |of: usize| u32::try_from(of).unwrap_or(u32::MAX);
-        // Points, vertices, lines, polygons, strips and attributes: numbers, and sizes in bytes.
+        // Counts and sizes in bytes of points, vertices, lines, polygons, strips and attributes.
         let [points, polygons, size] = [points_m.len(), triangles.len(), bytes].map(count);
         let head = [points, 0, 0, 0, 0, polygons, size, 0, 0, 0];
         let mut content = Vec::with_capacity(4 * head.len() + 12 * points_m.len() + bytes);

@@ -1,9 +1,9 @@
-//! OpenIGTLink: reports instrument, endoscope, force and events to 3D Slicer, PLUS and others, and
-//! answers their questions.
+//! OpenIGTLink server. It sends poses, force and events to 3D Slicer, PLUS and other clients, and
+//! answers their requests.
 //!
-//! This module is for a process that may wait, never for the realtime process. The caller hands
-//! over messages at any rate. In each call the server accepts clients, answers requests and sends
-//! the messages, without a thread and without blocking.
+//! The realtime process must not use this module. The caller may call the server at any rate. The
+//! server has no thread and never blocks: each call accepts clients and answers requests, or sends
+//! messages.
 //!
 //! ```text
 //! wire     header, checksum and the two header versions

@@ -1,15 +1,15 @@
-//! Requests of a client, cut out of its stream of bytes.
+//! Splits a client's stream of bytes into requests.
 
 use super::wire::{self, HEADER_BYTES, Header, Version};
 
-/// Largest body that is kept, bytes. The content of a larger one is passed over.
+/// Largest body that is kept, bytes. The content of a larger one is skipped.
 const KEPT_BYTES: usize = 4096;
-/// Largest body that a header may announce, bytes. One that announces more is taken for noise.
+/// Largest body that a header may announce, bytes. A header that announces more counts as noise.
 const BODY_MAX: u64 = 1 << 32;
 
 /// Next thing in a client's stream.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) enum Heard {
+pub(super) enum Incoming {
     /// A whole message.
     Request(Request),
     /// A message whose checksum or extended header is wrong.
@@ -17,7 +17,7 @@ pub(super) enum Heard {
         /// Its type.
         kind: String,
     },
-    /// No header: the rest of the stream cannot be understood.
+    /// Bytes that are no header. The rest of the stream cannot be parsed.
     Noise,
 }
 
@@ -28,18 +28,18 @@ pub(super) struct Request {
     pub(super) version: Version,
     /// Type of message.
     pub(super) kind: String,
-    /// Name of the device that is asked for; may be empty.
+    /// Name of the requested device; may be empty.
     pub(super) name: String,
-    /// Content; empty if it was larger than a request's may be.
+    /// Content; empty if the body was larger than [`KEPT_BYTES`].
     pub(super) content: Vec<u8>,
 }
 
-/// Bytes of a client that are not understood yet.
+/// Bytes of a client that are not parsed yet.
 #[derive(Debug, Default)]
 pub(super) struct Inbox {
     bytes: Vec<u8>,
-    /// Bytes of a large body that still have to be passed over.
-    to_pass: u64,
+    /// Bytes of a large body that are still to be skipped.
+    bytes_to_skip: u64,
     is_noise: bool,
 }
 
@@ -49,35 +49,36 @@ impl Inbox {
         if self.is_noise {
             return;
         }
-        let passed = usize::try_from(self.to_pass).map_or(bytes.len(), |it| it.min(bytes.len()));
-        self.to_pass -= passed as u64;
+        let passed =
+            usize::try_from(self.bytes_to_skip).map_or(bytes.len(), |it| it.min(bytes.len()));
+        self.bytes_to_skip -= passed as u64;
         self.bytes.extend(bytes.iter().skip(passed));
     }
 
-    /// False while whole messages wait to be taken: nothing more should be read.
+    /// False if so many bytes wait that no more should be read.
     pub(super) fn has_room(&self) -> bool {
         self.bytes.len() < HEADER_BYTES + KEPT_BYTES
     }
 
-    /// The next message, if all of it is here.
-    pub(super) fn next(&mut self) -> Option<Heard> {
+    /// The next message, if it has arrived completely.
+    pub(super) fn next(&mut self) -> Option<Incoming> {
         let (head, rest) = self.bytes.split_first_chunk::<HEADER_BYTES>()?;
         let header = Header::read(head).filter(|header| header.body_bytes <= BODY_MAX);
         let Some(header) = header else {
             self.is_noise = true;
             self.bytes = Vec::new();
-            return Some(Heard::Noise);
+            return Some(Incoming::Noise);
         };
         let length = usize::try_from(header.body_bytes).unwrap_or(usize::MAX);
         if length > KEPT_BYTES {
             let here = length.min(rest.len());
-            self.to_pass = header.body_bytes - here as u64;
+            self.bytes_to_skip = header.body_bytes - here as u64;
             self.bytes.drain(..HEADER_BYTES + here);
             let version = match header.version {
                 1 => Version::One,
                 _ => Version::Two { message_id: 0 },
             };
-            return Some(Heard::Request(Request {
+            return Some(Incoming::Request(Request {
                 version,
                 kind: header.kind,
                 name: header.name,
@@ -91,8 +92,8 @@ impl Inbox {
             .map(|(version, content)| (version, content.to_vec()));
         self.bytes.drain(..HEADER_BYTES + length);
         Some(match opened {
-            None => Heard::Damaged { kind: header.kind },
-            Some((version, content)) => Heard::Request(Request {
+            None => Incoming::Damaged { kind: header.kind },
+            Some((version, content)) => Incoming::Request(Request {
                 version,
                 kind: header.kind,
                 name: header.name,
@@ -105,7 +106,7 @@ impl Inbox {
 /// Content of `STT_TDATA`: a client asks for tracking data.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct StartTracking {
-    /// Shortest time between two messages, ms; 0: each that there is.
+    /// Shortest time between two messages, ms; 0: all messages.
     pub(super) resolution_ms: i32,
     /// Name of the frame, in capitals.
     pub(super) frame: String,
@@ -132,8 +133,8 @@ mod tests {
         wire::pack(version, kind, "Calot", 0, content)
     }
 
-    fn request(version: Version, kind: &str, content: &[u8]) -> Heard {
-        Heard::Request(Request {
+    fn request(version: Version, kind: &str, content: &[u8]) -> Incoming {
+        Incoming::Request(Request {
             version,
             kind: kind.into(),
             name: "Calot".into(),
@@ -154,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn a_large_body_is_passed_over_and_the_next_request_is_heard() {
+    fn a_large_body_is_skipped_and_the_next_request_is_read() {
         let mut inbox = Inbox::default();
         let mut bytes = packed(Version::One, "IMAGE", &[7; 10_000]);
         bytes.extend(packed(Version::One, "GET_STATUS", b""));
@@ -168,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn a_damaged_request_is_named_and_noise_ends_the_talk() {
+    fn a_damaged_request_is_named_and_noise_ends_the_stream() {
         let mut inbox = Inbox::default();
         let mut bytes = packed(Version::One, "GET_TDATA", b"abc");
         *bytes.last_mut().unwrap() ^= 1;
@@ -180,16 +181,16 @@ mod tests {
         inbox.add(&bytes);
         let kinds = ["GET_TDATA", "STATUS"];
         for kind in kinds {
-            assert_eq!(inbox.next(), Some(Heard::Damaged { kind: kind.into() }));
+            assert_eq!(inbox.next(), Some(Incoming::Damaged { kind: kind.into() }));
         }
-        assert_eq!(inbox.next(), Some(Heard::Noise));
+        assert_eq!(inbox.next(), Some(Incoming::Noise));
         inbox.add(&packed(Version::One, "GET_STATUS", b""));
         assert_eq!(inbox.next(), None);
     }
 
     proptest! {
         #[test]
-        fn requests_are_heard_whatever_the_pieces(
+        fn requests_are_read_however_the_stream_is_cut(
             cut in 1usize..200, message_id in any::<Option<u32>>(), content in any::<Vec<u8>>(),
         ) {
             let version = message_id.map_or(Version::One, |message_id| Version::Two { message_id });
@@ -205,7 +206,7 @@ mod tests {
         }
 
         #[test]
-        fn any_bytes_are_harmless(bytes in any::<Vec<u8>>()) {
+        fn arbitrary_bytes_are_harmless(bytes in any::<Vec<u8>>()) {
             let mut inbox = Inbox::default();
             inbox.add(&bytes);
             while inbox.next().is_some() {}

@@ -1,5 +1,5 @@
-//! A server that sends the same messages to all clients, answers their requests, and waits for
-//! none.
+//! A server that sends the same messages to all clients and answers their requests. It never waits
+//! for a client.
 
 mod answer;
 #[cfg(test)]
@@ -12,8 +12,8 @@ use std::time::Instant;
 use super::client::{Client, Form};
 use super::message::{Code, Message};
 
-/// Types that are about this moment. They are forgotten when the source falls silent.
-const MOMENTARY: [&str; 5] = ["TRANSFORM", "TDATA", "QTDATA", "SENSOR", "POLYDATA"];
+/// Types of messages that hold the present state. They are forgotten when the source falls silent.
+const PRESENT_STATE_KINDS: [&str; 5] = ["TRANSFORM", "TDATA", "QTDATA", "SENSOR", "POLYDATA"];
 
 /// A listening server.
 #[derive(Debug)]
@@ -21,13 +21,13 @@ pub struct Server {
     listener: TcpListener,
     /// Name of the device in the server's own answers.
     name: String,
-    /// Name of the frame in which poses are, in capitals.
+    /// Name of the frame of all poses, in capitals.
     frame: String,
     clients: Vec<Client>,
     /// Newest message of each type and name, for requests.
     newest: Vec<Message>,
     /// Newest messages for clients that connect later.
-    greeting: Vec<Message>,
+    announcements: Vec<Message>,
     skipped: u64,
     turned_away: u64,
 }
@@ -39,8 +39,8 @@ impl Server {
     pub const CLIENTS_MAX: usize = 8;
 
     /// Starts listening. Use a loopback address unless others on the network may see the poses: the
-    /// protocol has no login. `name` is the device's in the server's own answers; poses are in
-    /// `frame`.
+    /// protocol has no login. `name` is the name of the device in the server's own answers. `frame`
+    /// is the frame of the poses.
     ///
     /// # Errors
     ///
@@ -54,7 +54,7 @@ impl Server {
             frame: frame.to_uppercase(),
             clients: Vec::new(),
             newest: Vec::new(),
-            greeting: Vec::new(),
+            announcements: Vec::new(),
             skipped: 0,
             turned_away: 0,
         })
@@ -81,14 +81,14 @@ impl Server {
         self.skipped
     }
 
-    /// Number of clients that found no place.
+    /// Number of clients that were turned away.
     #[must_use]
     pub const fn turned_away(&self) -> u64 {
         self.turned_away
     }
 
-    /// Accepts new clients and answers requests. `unix_ns` stamps the server's own answers. Never
-    /// blocks; a client that is gone is removed.
+    /// Accepts new clients, answers requests, and removes clients that have gone. `unix_ns` is the
+    /// time in the server's own answers. Never blocks.
     pub fn attend(&mut self, unix_ns: u64) {
         self.accept(unix_ns);
         let mut clients = std::mem::take(&mut self.clients);
@@ -96,15 +96,16 @@ impl Server {
         self.clients = clients;
     }
 
-    /// Sends the newest announcements to a client that begins to listen. False if it is gone.
+    /// Sends the newest announcements to a client that now begins to get messages without a
+    /// request. Returns false if the client has gone.
     fn greet(&self, client: &mut Client) -> bool {
-        !client.begins_to_listen(Instant::now())
-            || self.greeting.iter().all(|it| client.send(it).is_ok())
+        !client.begins_to_get_all(Instant::now())
+            || self.announcements.iter().all(|it| client.send(it).is_ok())
     }
 
-    /// Sends messages to all clients that listen. `TDATA` and `QTDATA` go only to those that asked
-    /// for them. Never blocks: a client that does not read misses messages, and one that is gone is
-    /// removed.
+    /// Sends messages to all clients that get messages without a request. `TDATA` and `QTDATA` go
+    /// only to clients that requested them. Never blocks: a client that does not read misses
+    /// messages. A client that has gone is removed.
     pub fn send(&mut self, messages: &[Message]) {
         let now = Instant::now();
         let mut skipped = 0;
@@ -112,7 +113,7 @@ impl Server {
             messages.iter().all(|message| {
                 let is_due = match Form::of(message.kind) {
                     Some(form) => client.is_tracking_due(form, now),
-                    None => client.listens(),
+                    None => client.gets_all(),
                 };
                 if !is_due {
                     return true;
@@ -131,13 +132,13 @@ impl Server {
     /// Sends a message to all clients, and later to each that connects.
     pub fn announce(&mut self, message: &Message) {
         self.send(std::slice::from_ref(message));
-        keep(&mut self.greeting, message);
+        keep(&mut self.announcements, message);
     }
 
-    /// Forgets the newest poses and values, so that nobody is answered with old ones.
+    /// Forgets the newest poses and values, so that no answer has old ones.
     pub fn forget_moment(&mut self) {
         self.newest
-            .retain(|message| !MOMENTARY.contains(&message.kind));
+            .retain(|message| !PRESENT_STATE_KINDS.contains(&message.kind));
     }
 
     fn accept(&mut self, unix_ns: u64) {
@@ -158,7 +159,7 @@ impl Server {
         }
     }
 
-    /// Tells a client beyond the limit why, and closes its connection.
+    /// Tells a client beyond the limit the reason, and closes its connection.
     fn turn_away(&mut self, stream: TcpStream, unix_ns: u64) {
         self.turned_away += 1;
         let words = format!(
@@ -170,7 +171,7 @@ impl Server {
     }
 }
 
-/// Puts a message in the place of the last one of its type and name.
+/// Stores a message. It replaces the last one of its type and name.
 fn keep(messages: &mut Vec<Message>, message: &Message) {
     let is_same = |it: &&mut Message| it.kind == message.kind && it.name == message.name;
     match messages.iter_mut().find(is_same) {

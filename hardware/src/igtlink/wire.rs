@@ -9,7 +9,7 @@ pub const HEADER_BYTES: usize = 58;
 pub const KIND_BYTES: usize = 12;
 /// Longest name of a device, bytes.
 pub const NAME_BYTES: usize = 20;
-/// Bytes of the extended header, which opens the body in [`Version::Two`].
+/// Length of the extended header, with which the body begins in [`Version::Two`], bytes.
 const EXTENDED_BYTES: usize = 12;
 /// Bytes after the content in [`Version::Two`]: the count of metadata, which is zero.
 const NO_METADATA: [u8; 2] = [0; 2];
@@ -22,8 +22,8 @@ pub fn checksum(body: &[u8]) -> u64 {
     CRC.checksum(body)
 }
 
-/// Version of the header. It is not the protocol's: versions 1 and 2 of the protocol have the
-/// first header, version 3 has the second.
+/// Version of the header. It differs from the version of the protocol: versions 1 and 2 of the
+/// protocol use the first header, version 3 uses the second.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Version {
     /// The body is the content. Every client reads it.
@@ -31,7 +31,7 @@ pub enum Version {
     One,
     /// The body has an extended header before the content, and metadata after it.
     Two {
-        /// Number of the message. An answer repeats the request's.
+        /// Number of the message. An answer repeats the number of its request.
         message_id: u32,
     },
 }
@@ -52,8 +52,8 @@ pub struct Header {
 }
 
 impl Header {
-    /// Reads a header. `None` if its version is unknown, or if a name is no ASCII: the stream
-    /// cannot be followed.
+    /// Reads a header. `None` if its version is unknown or a name is not ASCII. The rest of the
+    /// stream then cannot be parsed.
     #[must_use]
     pub fn read(bytes: &[u8; HEADER_BYTES]) -> Option<Self> {
         let (version, rest) = bytes.split_first_chunk::<2>()?;
@@ -75,8 +75,8 @@ impl Header {
         })
     }
 
-    /// Splits a body into the version for an answer and the content. `None` if the extended header
-    /// contradicts the body's length.
+    /// Splits a body. Returns the version for the answer, and the content. `None` if the extended
+    /// header contradicts the body's length.
     #[must_use]
     pub fn open<'a>(&self, body: &'a [u8]) -> Option<(Version, &'a [u8])> {
         if self.version == 1 {
@@ -93,7 +93,7 @@ impl Header {
     }
 }
 
-/// Text of a field that zeros fill up; `None` if it is not ASCII.
+/// Text of a field that is padded with zeros; `None` if it is not ASCII.
 fn text(field: &[u8]) -> Option<String> {
     let end = field.iter().position(|byte| *byte == 0);
     let text = field.get(..end.unwrap_or(field.len()))?;
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn a_header_of_no_known_version_or_with_a_name_that_is_no_text_is_refused() {
+    fn a_header_with_an_unknown_version_or_a_name_that_is_not_ascii_is_refused() {
         for (at, byte) in [(1, 0), (1, 4), (0, 1), (3, 0xFF), (14, 7), (2, 0)] {
             let mut bytes = *pack(Version::One, "STATUS", "x", 0, b"")
                 .first_chunk::<HEADER_BYTES>()
@@ -208,7 +208,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_packed_is_read(
+        fn messages_are_read_as_packed(
             kind in "[A-Z_]{1,12}", name in "[ -~]{0,20}", content in any::<Vec<u8>>(),
             message_id in any::<Option<u32>>(),
         ) {

@@ -17,7 +17,7 @@ use rt_core::time::TimeNs;
 use tungstenite::protocol::WebSocketConfig;
 use tungstenite::{Error, Message as Frame, WebSocket};
 
-use super::stream::Timed;
+use super::stream::TimedStream;
 use super::wire::{ForceKey, Message, Sample, command};
 use crate::HardwareError;
 use crate::line::now_ns;
@@ -29,13 +29,13 @@ const PORT: u16 = 10_001;
 /// Longest handshake; a running service answers at once.
 const HANDSHAKE: Duration = Duration::from_secs(2);
 /// Silence of the service after which the driver commands zero force.
-const LET_GO: Duration = Duration::from_millis(30);
+const ZERO_AFTER: Duration = Duration::from_millis(30);
 /// Silence after which the service counts as lost.
 const ANSWER: Duration = Duration::from_millis(100);
 /// Longest time for reading a backlog up to its newest message.
 const CATCH_UP: Duration = Duration::from_millis(20);
-/// Time limit of the thread's last command before the socket is closed.
-const LAST_WORDS: Duration = Duration::from_millis(50);
+/// Time limit for the thread's last command, after which the socket is closed.
+const LAST_COMMAND_LIMIT: Duration = Duration::from_millis(50);
 /// Interval between two commands.
 const PERIOD: Duration = Duration::from_millis(1);
 /// Age of a force above which the thread commands zero force, ns. The thread goes on when the tick
@@ -46,7 +46,8 @@ const MESSAGE_BYTES: usize = 1 << 20;
 /// Farthest plausible position from the middle, in workspace radii.
 const REACH: f32 = 3.0;
 
-/// The maker states a peak of 10 N, of which half is taken; the continuous force is not published.
+/// Capabilities of an Inverse3. The maker states a peak of 10 N; this driver uses half of it. The
+/// continuous force is not published.
 const CAPABILITIES: DeviceCapabilities = DeviceCapabilities {
     opening: Opening::NONE,
     force_max_n: 5.0,
@@ -65,10 +66,10 @@ const CAPABILITIES: DeviceCapabilities = DeviceCapabilities {
 pub struct Inverse3Haptic {
     path: PathBuf,
     shared: Arc<Shared>,
-    /// Handle for closing the socket while the thread waits for data.
+    /// Second handle of the socket, with which `drop` closes it while the thread waits for data.
     socket: TcpStream,
     thread: Option<JoinHandle<()>>,
-    last_turn: u32,
+    last_version: u32,
     motion: Motion,
     counters: LineCounters,
 }
@@ -80,7 +81,7 @@ struct Shared {
     is_lost: AtomicBool,
     bad_messages: AtomicU64,
     /// Samples that were skipped because a newer one had arrived.
-    passed_over: AtomicU64,
+    skipped: AtomicU64,
     /// Position (3), quaternion x y z w (4), velocity (3) as bits of f32; buttons; count; time as
     /// two words.
     sample: Slot<14>,
@@ -114,7 +115,7 @@ impl Inverse3Haptic {
                 remedy: "Rest the handle in its inkwell until the light is steady",
             });
         }
-        let shutter = socket
+        let closing_handle = socket
             .get_ref()
             .try_clone()
             .map_err(|error| service(error.to_string()))?;
@@ -122,7 +123,7 @@ impl Inverse3Haptic {
             running: AtomicBool::new(true),
             is_lost: AtomicBool::new(false),
             bad_messages: AtomicU64::new(0),
-            passed_over: AtomicU64::new(0),
+            skipped: AtomicU64::new(0),
             sample: Slot::new(),
             force: Slot::new(),
         });
@@ -133,10 +134,12 @@ impl Inverse3Haptic {
             .stack_size(512 << 10)
             .spawn(move || {
                 let lost = LostAtEnd(&with);
-                let _ = converse(&mut socket, &id, key, &with);
+                let _ = exchange(&mut socket, &id, key, &with);
                 drop(lost);
                 // Send a last command, if the service is still there.
-                socket.get_mut().limit(LAST_WORDS, LAST_WORDS);
+                socket
+                    .get_mut()
+                    .limit(LAST_COMMAND_LIMIT, LAST_COMMAND_LIMIT);
                 let _ = socket.send(Frame::text(command(&id, key, Vec3::zeros())));
                 let _ = socket.close(None);
                 let _ = socket.flush();
@@ -146,9 +149,9 @@ impl Inverse3Haptic {
         Ok(Self {
             path: address.to_path_buf(),
             shared,
-            socket: shutter,
+            socket: closing_handle,
             thread: Some(thread),
-            last_turn: 0,
+            last_version: 0,
             motion: Motion::default(),
             counters: LineCounters::default(),
         })
@@ -168,7 +171,7 @@ impl Inverse3Haptic {
 }
 
 /// Connects to a service on this computer.
-fn connect(name: &str) -> Result<WebSocket<Timed>, String> {
+fn connect(name: &str) -> Result<WebSocket<TimedStream>, String> {
     let name = name.strip_prefix("ws://").unwrap_or(name);
     let with_port = match name.contains(':') {
         true => name.to_owned(),
@@ -185,7 +188,7 @@ fn connect(name: &str) -> Result<WebSocket<Timed>, String> {
         .iter()
         .find_map(|address| TcpStream::connect_timeout(address, HANDSHAKE).ok())
         .ok_or("nobody listens there")?;
-    let mut stream = Timed::new(stream).map_err(|error| error.to_string())?;
+    let mut stream = TimedStream::new(stream).map_err(|error| error.to_string())?;
     stream.limit(HANDSHAKE, HANDSHAKE);
     let config = WebSocketConfig::default()
         .read_buffer_size(64 << 10)
@@ -198,8 +201,8 @@ fn connect(name: &str) -> Result<WebSocket<Timed>, String> {
         .map_err(|error| format!("no WebSocket service listens there: {error}"))
 }
 
-/// Next text; `None` when binary data came. Ends at the socket's time limit.
-fn receive(socket: &mut WebSocket<Timed>) -> Result<Option<String>, Error> {
+/// Next text message; `None` if it is binary. Fails at the socket's time limit.
+fn receive(socket: &mut WebSocket<TimedStream>) -> Result<Option<String>, Error> {
     loop {
         match socket.read()? {
             Frame::Text(text) => return Ok(Some(text.as_str().to_owned())),
@@ -215,20 +218,22 @@ fn is_late(error: &Error) -> bool {
         if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut))
 }
 
-/// Newest of all texts that have arrived. Waits for the first one, and sends `let_go` when that
-/// takes longer than [`LET_GO`]. Reading only one text per command would fall ever further behind a
-/// service that sends more than one answer per command. `None` when the newest message is not text,
-/// or the backlog has no end.
+/// Newest of all texts that have arrived. Waits for the first one, and sends `zero_command` if that
+/// takes longer than [`ZERO_AFTER`]. A service may send more than one answer per command, so
+/// reading one text per command would fall ever further behind. `None` if the newest message is not
+/// text, or if the backlog has no end.
 fn newest(
-    socket: &mut WebSocket<Timed>,
-    let_go: impl Fn() -> Frame,
+    socket: &mut WebSocket<TimedStream>,
+    zero_command: impl Fn() -> Frame,
     shared: &Shared,
 ) -> Result<Option<String>, Error> {
-    socket.get_mut().limit(LET_GO, LET_GO);
+    socket.get_mut().limit(ZERO_AFTER, ZERO_AFTER);
     let first = match receive(socket) {
         Err(error) if is_late(&error) => {
-            socket.get_mut().limit(ANSWER - LET_GO, ANSWER - LET_GO);
-            socket.send(let_go())?;
+            socket
+                .get_mut()
+                .limit(ANSWER - ZERO_AFTER, ANSWER - ZERO_AFTER);
+            socket.send(zero_command())?;
             receive(socket)?
         }
         heard => heard?,
@@ -239,7 +244,7 @@ fn newest(
         match receive(socket) {
             Ok(later) => {
                 newest = later;
-                shared.passed_over.fetch_add(1, Ordering::Relaxed);
+                shared.skipped.fetch_add(1, Ordering::Relaxed);
             }
             Err(Error::Io(error)) if error.kind() == ErrorKind::WouldBlock => return Ok(newest),
             // The backlog has no end, so no message is known to be the newest.
@@ -259,8 +264,8 @@ impl Drop for LostAtEnd<'_> {
 }
 
 /// Sends commands and reads states until the driver or the service ends.
-fn converse(
-    socket: &mut WebSocket<Timed>,
+fn exchange(
+    socket: &mut WebSocket<TimedStream>,
     id: &str,
     key: ForceKey,
     shared: &Shared,
@@ -273,10 +278,10 @@ fn converse(
         }
         // Missed periods are skipped.
         due = (due + PERIOD).max(Instant::now());
-        socket.get_mut().limit(Duration::ZERO, LET_GO);
+        socket.get_mut().limit(Duration::ZERO, ZERO_AFTER);
         socket.send(Frame::text(command(id, key, shared.wanted_force_n())))?;
-        let let_go = || Frame::text(command(id, key, Vec3::zeros()));
-        let text = newest(socket, let_go, shared)?;
+        let zero_command = || Frame::text(command(id, key, Vec3::zeros()));
+        let text = newest(socket, zero_command, shared)?;
         let sample = text
             .and_then(|text| Message::parse(&text))
             .and_then(|message| message.sample(id))
@@ -340,20 +345,20 @@ impl HapticDevice for Inverse3Haptic {
         if self.is_lost() {
             return Polled::Lost;
         }
-        let Some((turn, words)) = self.shared.sample.read() else {
+        let Some((version, words)) = self.shared.sample.read() else {
             return Polled::Nothing;
         };
-        if turn == self.last_turn {
+        if version == self.last_version {
             return Polled::Nothing;
         }
         // A sample replaced before the tick polled it is not lost on the line.
-        self.last_turn = turn;
+        self.last_version = version;
         self.counters.frames += 1;
         let [x, y, z, qx, qy, qz, qw, vx, vy, vz, ..] = words.map(f32::from_bits);
         let [.., buttons, count, low, high] = words;
         let at_ns = u64::from(low) | u64::from(high) << 32;
-        let (at_m, said_m_s) = (Vec3::new(x, y, z), Vec3::new(vx, vy, vz));
-        let Some(velocity_m_s) = self.motion.take(at_m, said_m_s, at_ns) else {
+        let (at_m, reported_m_s) = (Vec3::new(x, y, z), Vec3::new(vx, vy, vz));
+        let Some(velocity_m_s) = self.motion.take(at_m, reported_m_s, at_ns) else {
             return Polled::Nothing;
         };
         let rotation = Quat::new_unchecked(nalgebra::Quaternion::new(qw, qx, qy, qz));
@@ -381,7 +386,7 @@ impl HapticDevice for Inverse3Haptic {
     fn counters(&self) -> LineCounters {
         LineCounters {
             bad_frames: self.shared.bad_messages.load(Ordering::Relaxed) + self.motion.leaps(),
-            lost_frames: self.shared.passed_over.load(Ordering::Relaxed),
+            lost_frames: self.shared.skipped.load(Ordering::Relaxed),
             ..self.counters
         }
     }
@@ -394,7 +399,7 @@ impl Drop for Inverse3Haptic {
         self.shared.running.store(false, Ordering::Release);
         if let Some(thread) = self.thread.take() {
             let start = Instant::now();
-            while !thread.is_finished() && start.elapsed() < LAST_WORDS {
+            while !thread.is_finished() && start.elapsed() < LAST_COMMAND_LIMIT {
                 thread::sleep(PERIOD);
             }
             let _ = self.socket.shutdown(Shutdown::Both);

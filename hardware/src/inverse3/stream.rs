@@ -10,7 +10,7 @@ use rustix::io::Errno;
 
 /// A stream with one deadline for waiting and one for the whole exchange.
 #[derive(Debug)]
-pub(super) struct Timed {
+pub(super) struct TimedStream {
     stream: TcpStream,
     wait_until: Instant,
     end: Instant,
@@ -19,7 +19,7 @@ pub(super) struct Timed {
     is_late: bool,
 }
 
-impl Timed {
+impl TimedStream {
     pub(super) fn new(stream: TcpStream) -> io::Result<Self> {
         stream.set_nodelay(true)?;
         stream.set_nonblocking(true)?;
@@ -64,7 +64,7 @@ impl Timed {
     }
 }
 
-impl Read for Timed {
+impl Read for TimedStream {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         loop {
             if Instant::now() >= self.end && std::mem::replace(&mut self.is_late, true) {
@@ -81,7 +81,7 @@ impl Read for Timed {
     }
 }
 
-impl Write for Timed {
+impl Write for TimedStream {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         loop {
             match self.stream.write(bytes) {

@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn the_command_is_json_with_the_force_in_their_frame() {
+    fn the_command_is_json_with_the_force_in_the_services_frame() {
         for (key, name) in [(ForceKey::Vector, "vector"), (ForceKey::Values, "values")] {
             let text = command("049D", key, Vec3::new(1.0, 2.0, -3.0));
             let json: serde_json::Value = serde_json::from_str(&text).unwrap();
@@ -282,12 +282,12 @@ mod tests {
 
     proptest! {
         #[test]
-        fn arbitrary_text_is_no_crash(text in ".{0,400}") {
+        fn arbitrary_text_is_harmless(text in ".{0,400}") {
             let _ = Message::parse(&text).and_then(|message| message.sample("049D"));
         }
 
         #[test]
-        fn a_message_with_a_piece_changed_gives_a_sane_sample_or_none(
+        fn a_message_with_a_changed_part_gives_a_sample_in_range_or_none(
             at in 0usize..560,
             with in "[0-9eE\\-+.,:{}\\[\\]\"a-z]{0,6}",
         ) {

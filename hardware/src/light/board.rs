@@ -9,11 +9,11 @@ use super::sensor::{LightInput, Seen};
 use crate::HardwareError;
 use crate::rig::RigPedal;
 
-/// The sensor on a pedal: any pressed switch is light.
+/// A sensor on a pedal's switches: any pressed switch means light.
 #[derive(Debug)]
 pub struct PedalLight<P>(P);
 
-/// The sensor on a board that speaks the rig protocol.
+/// A sensor on a board that speaks the rig protocol.
 pub type BoardLight = PedalLight<RigPedal>;
 
 impl BoardLight {
@@ -57,9 +57,9 @@ mod tests {
     use super::*;
     use rt_core::port::LineCounters;
 
-    struct Played(std::vec::IntoIter<Polled<PedalSample>>);
+    struct ScriptedPedal(std::vec::IntoIter<Polled<PedalSample>>);
 
-    impl Pedal for Played {
+    impl Pedal for ScriptedPedal {
         fn poll(&mut self, _: TimeNs) -> Polled<PedalSample> {
             self.0.next().unwrap_or(Polled::Lost)
         }
@@ -70,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn any_switch_is_light_at_the_time_of_its_report() {
+    fn every_change_of_a_switch_counts_as_light_at_the_time_of_its_report() {
         let pressed = |at_ns, [cut, coagulate, camera_lock]: [bool; 3]| {
             Polled::Fresh(PedalSample {
                 cut,
@@ -86,7 +86,7 @@ mod tests {
             pressed(30, [false, true, false]),
             pressed(40, [false, false, true]),
         ];
-        let mut light = PedalLight::on(Played(reports.into_iter()));
+        let mut light = PedalLight::on(ScriptedPedal(reports.into_iter()));
         let level = |bright, at_ns| Seen::Level { bright, at_ns };
         let mut look = || light.look(1000);
         assert_eq!(look(), level(false, 10));

@@ -1,5 +1,5 @@
-//! Light sensors: each tells when light came or went, so that `calot photon` can say when a picture
-//! was seen.
+//! Light sensors. Each reports when light comes or goes, so that `calot photon` can measure when a
+//! picture appears on the screen.
 //!
 //! ```text
 //! pins   a photodiode that switches CTS, DSR, DCD or RI of a serial port ─┐
@@ -7,7 +7,7 @@
 //! sound  a photodiode at a sound card, as a stream of samples ────────────┘
 //! ```
 //!
-//! A sensor has a thread of its own, which stamps the edges. Nothing here is realtime.
+//! A sensor has a thread of its own, which records the time of each edge. Nothing here is realtime.
 
 mod board;
 mod edge;

@@ -9,7 +9,7 @@ use serialport::{SerialPort, TTYPort};
 use super::sensor::{LightInput, Seen};
 use crate::HardwareError;
 
-/// Time in which the feeding wires settle.
+/// Time after which the pins have settled, once RTS and DTR are high.
 const SETTLE: Duration = Duration::from_millis(10);
 
 /// Input pins of a serial port.
@@ -38,7 +38,7 @@ impl Pin {
     }
 }
 
-/// Reads a pin. This is a trait because ptys have none, so that tests bring their own.
+/// Reads a pin. It is a trait because a pty has no such pins: tests implement it.
 pub trait PinReader: Send {
     /// True if the pin is high.
     ///
@@ -68,14 +68,14 @@ pub struct PinLight<P> {
 }
 
 impl PinLight<TTYPort> {
-    /// Opens the port, and feeds the sensor from RTS and DTR.
+    /// Opens the port, and powers the sensor from RTS and DTR.
     ///
     /// # Errors
     ///
     /// A port that does not open, or that has no such pins (a pty).
     pub fn open(path: &Path, pin: Pin) -> Result<Self, HardwareError> {
         let mut port = crate::line::open_port(path, 9600)?;
-        // Without these wires the sensor needs a feed of its own.
+        // A port without these wires is allowed: the sensor may have a power supply of its own.
         let _ = port.write_request_to_send(true);
         let _ = port.write_data_terminal_ready(true);
         std::thread::sleep(SETTLE);
@@ -87,7 +87,7 @@ impl PinLight<TTYPort> {
 }
 
 impl<P: PinReader> PinLight<P> {
-    /// The sensor on a pin of any port.
+    /// Sensor on a pin of any port.
     ///
     /// # Errors
     ///
@@ -111,10 +111,10 @@ impl<P: PinReader> LightInput for PinLight<P> {
 mod tests {
     use super::*;
 
-    /// A port with one pin whose states are played.
-    struct Played(Pin, std::vec::IntoIter<bool>);
+    /// A port with one pin whose states come from a list.
+    struct ScriptedPin(Pin, std::vec::IntoIter<bool>);
 
-    impl PinReader for Played {
+    impl PinReader for ScriptedPin {
         fn is_high(&mut self, pin: Pin) -> Result<bool, String> {
             match pin == self.0 {
                 true => self.1.next().ok_or("unplugged".to_owned()),
@@ -124,16 +124,16 @@ mod tests {
     }
 
     #[test]
-    fn the_chosen_pin_is_read_until_it_is_gone() {
+    fn the_chosen_pin_is_read_until_the_adapter_is_unplugged() {
         for pin in [Pin::Cts, Pin::Dsr, Pin::Dcd, Pin::Ri] {
             let states = vec![false, true, false].into_iter();
-            let mut light = PinLight::on(Played(pin, states), pin).unwrap();
+            let mut light = PinLight::on(ScriptedPin(pin, states), pin).unwrap();
             let level = |bright, at_ns| Seen::Level { bright, at_ns };
             assert_eq!(light.look(5), level(true, 5), "{}", pin.name());
             assert_eq!(light.look(6), level(false, 6));
             assert_eq!(light.look(7), Seen::Lost);
         }
-        let other = PinLight::on(Played(Pin::Ri, vec![true].into_iter()), Pin::Cts);
+        let other = PinLight::on(ScriptedPin(Pin::Ri, vec![true].into_iter()), Pin::Cts);
         assert!(other.is_err_and(|what| what == "no such pin"));
     }
 

@@ -13,15 +13,16 @@ use super::edge::Edge;
 use super::sound::Sound;
 use crate::line::now_ns;
 
-/// Pause between two looks at an input.
-const LOOK_EVERY: Duration = Duration::from_micros(100);
-/// Bytes of sound that are read at once. Few, so that their arrival tells their time.
+/// Pause between two reads of an input.
+const READ_INTERVAL: Duration = Duration::from_micros(100);
+/// Largest number of bytes of sound that are read at once. They are few, so that the arrival of a
+/// block gives the time of its samples.
 const CHUNK: usize = 512;
 
-/// Result of a look at a sensor.
+/// Result of reading a sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Seen {
-    /// The sensor has said nothing new.
+    /// Nothing new.
     Nothing,
     /// The sensor's state at this time.
     Level {
@@ -34,14 +35,14 @@ pub enum Seen {
     Lost,
 }
 
-/// A sensor that has a state. This is a trait because ptys have no modem pins and test machines no
-/// photodiode, so that tests bring their own.
+/// A sensor with two states, dark and bright. It is a trait because ptys have no modem pins and
+/// test machines no photodiode: tests implement it.
 pub trait LightInput: Send {
-    /// Looks at the sensor.
+    /// Reads the sensor without waiting.
     fn look(&mut self, now_ns: TimeNs) -> Seen;
 }
 
-/// A sensor with its thread. Dropping it ends the thread, if it looks at an input.
+/// A sensor with its thread. Dropping it ends a thread of [`Self::watch`].
 #[derive(Debug)]
 pub struct Sensor {
     edges: Receiver<Edge>,
@@ -50,13 +51,13 @@ pub struct Sensor {
 }
 
 impl Sensor {
-    /// Starts to look at an input ten times in a millisecond.
+    /// Starts a thread that reads an input up to ten times per millisecond.
     ///
     /// # Errors
     ///
     /// The system's, if it has no thread left.
     pub fn watch(mut input: impl LightInput + 'static) -> std::io::Result<Self> {
-        let (tell, edges) = mpsc::channel();
+        let (sender, edges) = mpsc::channel();
         let stop = Arc::new(AtomicBool::new(false));
         let asked = Arc::clone(&stop);
         let look = move || {
@@ -67,13 +68,13 @@ impl Sensor {
                     Seen::Nothing => {}
                     Seen::Level { bright, at_ns } => {
                         if let Some(edge) = levels.take(bright, at_ns)
-                            && tell.send(edge).is_err()
+                            && sender.send(edge).is_err()
                         {
                             return;
                         }
                     }
                 }
-                std::thread::sleep(LOOK_EVERY);
+                std::thread::sleep(READ_INTERVAL);
             }
         };
         Ok(Self {
@@ -83,16 +84,16 @@ impl Sensor {
         })
     }
 
-    /// Starts to read sound: 16-bit samples, little-endian, one channel, as `arecord -f S16_LE`
-    /// writes them.
+    /// Starts a thread that reads sound: 16-bit samples, little-endian, one channel, as `arecord -f
+    /// S16_LE` writes them.
     ///
     /// # Errors
     ///
     /// The system's, if it has no thread left.
     pub fn listen(from: impl Read + Send + 'static, rate_hz: u32) -> std::io::Result<Self> {
-        let (tell, edges) = mpsc::channel();
-        // The thread may wait in a read for ever, so nobody waits for the thread.
-        drop(thread(move || listen(from, rate_hz, &tell))?);
+        let (sender, edges) = mpsc::channel();
+        // The thread may wait in a read for ever, so `drop` must not wait for it.
+        drop(thread(move || listen(from, rate_hz, &sender))?);
         Ok(Self {
             edges,
             stop: Arc::default(),
@@ -126,7 +127,7 @@ fn thread(body: impl FnOnce() + Send + 'static) -> std::io::Result<JoinHandle<()
     named.spawn(body)
 }
 
-fn listen(mut from: impl Read, rate_hz: u32, tell: &Sender<Edge>) {
+fn listen(mut from: impl Read, rate_hz: u32, sender: &Sender<Edge>) {
     let mut sound = Sound::new(rate_hz);
     let mut chunk = [0; CHUNK];
     // A read may end in the middle of a sample.
@@ -139,7 +140,7 @@ fn listen(mut from: impl Read, rate_hz: u32, tell: &Sender<Edge>) {
             _ => 0,
         });
         for edge in sound.take(samples, now_ns()) {
-            if tell.send(edge).is_err() {
+            if sender.send(edge).is_err() {
                 return;
             }
         }
@@ -175,7 +176,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_edge_lies_in_the_middle_of_the_two_looks_that_saw_it() {
+    fn an_edge_lies_in_the_middle_between_the_two_readings_around_it() {
         let mut levels = Levels::default();
         assert_eq!(levels.take(true, 100), None, "nothing was known before");
         assert_eq!(levels.take(true, 200), None);
@@ -188,7 +189,7 @@ mod tests {
         assert_eq!(edge, Some(expected));
     }
 
-    /// Blinks with every tenth look, and is lost at last.
+    /// A light that changes with every tenth read. The sensor is lost after 100 reads.
     struct Blinks(u32);
 
     impl LightInput for Blinks {
@@ -214,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn each_change_is_told_once_until_the_sensor_is_gone() {
+    fn each_change_is_reported_once_until_the_sensor_is_unplugged() {
         let edges = all(&Sensor::watch(Blinks(0)).unwrap());
         assert_eq!(edges.len(), 9, "{edges:?}");
         assert!(edges.iter().is_sorted_by_key(|edge| edge.at_ns));
@@ -227,14 +228,14 @@ mod tests {
         // Half a second of darkness, and half a second of light, whose reads end within a sample.
         let level = |n: usize| if n < 24_000 { -8000i16 } else { 8000 };
         let bytes: Vec<u8> = (0..48_000).flat_map(|n| level(n).to_le_bytes()).collect();
-        struct Odd(std::io::Cursor<Vec<u8>>);
-        impl Read for Odd {
+        struct SplitReads(std::io::Cursor<Vec<u8>>);
+        impl Read for SplitReads {
             fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
                 let most = into.len().min(33);
                 self.0.read(&mut into[..most])
             }
         }
-        let edges = all(&Sensor::listen(Odd(std::io::Cursor::new(bytes)), 48_000).unwrap());
+        let edges = all(&Sensor::listen(SplitReads(std::io::Cursor::new(bytes)), 48_000).unwrap());
         let brights: Vec<bool> = edges.iter().map(|edge| edge.bright).collect();
         assert_eq!(brights, [true], "{edges:?}");
     }

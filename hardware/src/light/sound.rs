@@ -1,8 +1,9 @@
 //! Finds light in sound: a photodiode at a sound card's input.
 //!
-//! Most cards pass no direct current, so light is a pulse that decays, and its end a pulse the
-//! other way. Both are steps: the mean of half a millisecond differs from that of the half before.
-//! A step counts if it is a third as high as the highest of the last seconds.
+//! Most cards pass no direct current. So light makes a pulse that decays, and its end makes a pulse
+//! of the opposite sign. Each pulse begins with a step: the mean of half a millisecond differs from
+//! the mean of the half millisecond before. A step counts if it is at least a third as high as the
+//! highest step of the last seconds.
 
 use rt_core::time::TimeNs;
 
@@ -10,14 +11,14 @@ use super::edge::Edge;
 
 /// Length of each of the two means, s.
 const MEAN_S: f64 = 0.5e-3;
-/// Least step, of 32768: below lies the noise of an open input.
+/// Smallest step that counts; full scale is 32768. Smaller steps are the noise of an open input.
 const STEP_MIN: f64 = 300.0;
-/// Share of the highest step that counts.
+/// Smallest step that counts, as a share of the highest step.
 const STEP_SHARE: f64 = 1.0 / 3.0;
-/// Time in which the memory of the highest step halves, s.
-const HALVED_S: f64 = 5.0;
-/// Time after a step in which no other is looked for, s.
-const REST_S: f64 = 0.01;
+/// Half-life of the highest step, s.
+const HALF_LIFE_S: f64 = 5.0;
+/// Time after a step in which further steps are ignored, s.
+const DEAD_TIME_S: f64 = 0.01;
 
 /// A stream of samples.
 #[derive(Debug)]
@@ -30,10 +31,10 @@ pub struct Sound {
     count: u64,
     /// Highest step of the last seconds.
     highest: f64,
-    /// The step under way: its height, and the number of the sample at its middle.
+    /// The present step: its height so far, and the number of the sample at its middle.
     step: Option<(f64, u64)>,
-    rests_until: u64,
-    /// Time of the sample 0, ns, by the block that came with the least delay.
+    ignored_until: u64,
+    /// Time of sample 0, ns, computed from the block that came with the least delay.
     began_ns: Option<i128>,
 }
 
@@ -50,19 +51,20 @@ impl Sound {
             count: 0,
             highest: 0.0,
             step: None,
-            rests_until: 0,
+            ignored_until: 0,
             began_ns: None,
         }
     }
 
-    /// Takes samples, the last of which was there at `at_ns`. Returns the edges that they end.
+    /// Takes samples, the last of which arrived at `at_ns`. Returns the edges that are complete
+    /// now.
     pub fn take(&mut self, samples: impl Iterator<Item = i16>, at_ns: TimeNs) -> Vec<Edge> {
         let mut found = Vec::new();
         for sample in samples {
             found.extend(self.sample(f64::from(sample)));
         }
-        // A block comes late, never early. Clocks of cards are off by up to 100 ppm, so an old
-        // block loses its say.
+        // A block may come late, never early, so the earliest block gives the time. The clocks of
+        // sound cards deviate by up to 100 ppm, so an old block counts less and less.
         let long_ns = (self.count as f64 / self.rate_hz * 1e9) as i128;
         let began_ns = i128::from(at_ns) - long_ns;
         let known_ns = self.began_ns.map_or(began_ns, |known| {
@@ -91,12 +93,12 @@ impl Sound {
         }
         let sum = |from: usize| self.latest.iter().skip(from).take(self.half).sum::<f64>();
         let height = (sum(self.half) - sum(0)) / self.half as f64;
-        self.highest *= 0.5f64.powf(1.0 / (HALVED_S * self.rate_hz));
+        self.highest *= 0.5f64.powf(1.0 / (HALF_LIFE_S * self.rate_hz));
         self.highest = self.highest.max(height.abs());
         let counts = height.abs() >= STEP_MIN.max(STEP_SHARE * self.highest);
         let middle = self.count - self.half as u64;
         match self.step {
-            _ if self.count < self.rests_until => None,
+            _ if self.count < self.ignored_until => None,
             Some((top, _)) if counts && height.abs() > top.abs() => {
                 self.step = Some((height, middle));
                 None
@@ -105,10 +107,10 @@ impl Sound {
                 self.step = Some((height, middle));
                 None
             }
-            // The means have passed the step by their own length: it does not grow any more.
+            // Both means now lie behind the step, so its height no longer grows.
             Some((top, at)) if middle > at + self.half as u64 => {
                 self.step = None;
-                self.rests_until = self.count + (REST_S * self.rate_hz) as u64;
+                self.ignored_until = self.count + (DEAD_TIME_S * self.rate_hz) as u64;
                 Some((top > 0.0, at))
             }
             _ => None,
@@ -148,14 +150,14 @@ mod tests {
     fn assert_at(found: &[(i64, bool)], expected: &[(i64, bool)]) {
         assert_eq!(found.len(), expected.len(), "{found:?}");
         for (it, (at_ms, bright)) in found.iter().zip(expected) {
-            // The first block may be late by 3 ms; later ones tell better.
+            // The first block may be late by 3 ms. Later blocks give better times.
             assert!((it.0 - 1000 * at_ms).abs() < 3200, "{found:?}");
             assert_eq!(it.1, *bright, "{found:?}");
         }
     }
 
     #[test]
-    fn light_through_a_card_without_direct_current_is_found() {
+    fn light_is_found_through_a_sound_card_that_blocks_direct_current() {
         // Pulses that decay in 8 ms, at 300 ms up, at 700 ms down, at 1100 ms up.
         let pulse = |t: f64, from: f64| {
             if t < from {
@@ -179,14 +181,14 @@ mod tests {
         };
         let found = edges(1.5, level);
         assert_at(&found, &[(400, true), (800, false), (1200, true)]);
-        // Later edges are as exact as the samples: blocks that were late have no say.
+        // Later edges are as exact as the samples, because late blocks no longer count.
         let off_us = found.last().map(|it| (it.0 - 1_200_000).abs());
         assert!(off_us.is_some_and(|us| us < 300), "{found:?}");
         assert_eq!(edges(1.0, |_| 0.0), []);
     }
 
     #[test]
-    fn slow_changes_of_a_room_are_no_light() {
+    fn slow_changes_of_the_room_light_are_ignored() {
         let found = edges(2.0, |t| 10_000.0 * (core::f64::consts::TAU * t).sin());
         assert_eq!(found, []);
     }

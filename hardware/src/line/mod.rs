@@ -1,5 +1,5 @@
 //! A serial line for the tick. The crate `serialport` opens the line, a separate thread reads it
-//! ([`inlet`]), and the tick writes to the descriptor directly. So the tick neither waits nor
+//! ([`reader`]), and the tick writes to the descriptor directly. So the tick neither waits nor
 //! allocates.
 //!
 //! A read through `serialport` allocates an error whenever there is no input. So after opening,
@@ -7,7 +7,7 @@
 #![allow(unsafe_code)] // A descriptor passes from a type of `serialport` to `OwnedFd`.
 
 mod holder;
-mod inlet;
+mod reader;
 
 use core::fmt;
 use std::io;
@@ -23,38 +23,39 @@ use serialport::{ErrorKind, SerialPort, TTYPort};
 
 use crate::HardwareError;
 pub use holder::{Holder, holders, socket_holders};
-use inlet::Inlet;
-pub(crate) use inlet::{Bytes, now_ns};
+use reader::LineReader;
+pub(crate) use reader::{InputRing, now_ns};
 
 /// An open line. Dropping a `Line` closes it and waits for the reading thread, so the tick must
 /// never drop one.
 #[derive(Debug)]
 pub(crate) struct Line {
-    ends: Ends,
+    connection: Connection,
     path: PathBuf,
 }
 
-/// The two kinds of line.
+/// Connection of a line: a terminal or memory.
 #[derive(Debug)]
-enum Ends {
+enum Connection {
     /// A terminal.
     Tty {
-        // Dropped before the port. The inlet's thread also holds the port, which closes with its
-        // last holder.
-        inlet: Inlet,
+        // The order of the fields matters: the reader is dropped before the port. The reader's
+        // thread also holds the port, which closes with its last holder.
+        reader: LineReader,
         port: Arc<OwnedFd>,
     },
     /// A device in memory, which receives the host's bytes at once.
-    Played {
-        heard: Arc<Bytes>,
-        device: Arc<dyn Hears>,
+    Memory {
+        input: Arc<InputRing>,
+        device: Arc<dyn MemoryDevice>,
     },
 }
 
-/// A device that a test plays in memory, without a terminal, a thread or a clock of its own.
-pub(crate) trait Hears: fmt::Debug + Send + Sync {
+/// A device in memory, without a terminal, a thread or a clock of its own. Tests and simulations
+/// use it.
+pub(crate) trait MemoryDevice: fmt::Debug + Send + Sync {
     /// Receives the host's bytes.
-    fn hear(&self, bytes: &[u8]);
+    fn receive(&self, bytes: &[u8]);
 }
 
 /// Result of a read.
@@ -99,18 +100,18 @@ impl Line {
         rustix::fs::fcntl_setfl(&fd, OFlags::NONBLOCK)
             .map_err(|errno| line_error("switching to non-blocking", errno.to_string()))?;
         let port = Arc::new(fd);
-        let inlet = Inlet::open(&port)
+        let reader = LineReader::open(&port)
             .map_err(|error| line_error("starting its reading thread", error.to_string()))?;
         Ok(Self {
-            ends: Ends::Tty { inlet, port },
+            connection: Connection::Tty { reader, port },
             path: path.to_path_buf(),
         })
     }
 
-    /// A line to a device in memory. Bytes put into `heard` are its input.
-    pub(crate) fn played(heard: Arc<Bytes>, device: Arc<dyn Hears>) -> Self {
+    /// A line to a device in memory. Bytes put into `input` are its input.
+    pub(crate) fn in_memory(input: Arc<InputRing>, device: Arc<dyn MemoryDevice>) -> Self {
         Self {
-            ends: Ends::Played { heard, device },
+            connection: Connection::Memory { input, device },
             path: PathBuf::from("played"),
         }
     }
@@ -122,26 +123,26 @@ impl Line {
 
     /// True if the line is lost.
     pub(crate) fn is_lost(&self) -> bool {
-        match &self.ends {
-            Ends::Tty { inlet, .. } => inlet.is_lost(),
-            Ends::Played { heard, .. } => heard.is_lost(),
+        match &self.connection {
+            Connection::Tty { reader, .. } => reader.is_lost(),
+            Connection::Memory { input, .. } => input.is_lost(),
         }
     }
 
     /// Reads the available bytes, at most as many as `buffer` holds. Of more than 2 KiB, it keeps
     /// only the newest 512 bytes. Bytes that arrived before the line was lost are still returned.
     pub(crate) fn read(&mut self, buffer: &mut [u8]) -> Read {
-        match &self.ends {
-            Ends::Tty { inlet, .. } => inlet.read(buffer),
-            Ends::Played { heard, .. } => heard.read(buffer),
+        match &self.connection {
+            Connection::Tty { reader, .. } => reader.read(buffer),
+            Connection::Memory { input, .. } => input.read(buffer),
         }
     }
 
     /// Number of bytes dropped so far because nobody read them in time.
     pub(crate) fn discarded(&self) -> u64 {
-        match &self.ends {
-            Ends::Tty { inlet, .. } => inlet.discarded(),
-            Ends::Played { heard, .. } => heard.discarded(),
+        match &self.connection {
+            Connection::Tty { reader, .. } => reader.discarded(),
+            Connection::Memory { input, .. } => input.discarded(),
         }
     }
 
@@ -150,10 +151,10 @@ impl Line {
         if self.is_lost() {
             return Written::Nothing;
         }
-        let (inlet, port) = match &self.ends {
-            Ends::Tty { inlet, port } => (inlet, port),
-            Ends::Played { device, .. } => {
-                device.hear(bytes);
+        let (reader, port) = match &self.connection {
+            Connection::Tty { reader, port } => (reader, port),
+            Connection::Memory { device, .. } => {
+                device.receive(bytes);
                 return Written::All;
             }
         };
@@ -162,7 +163,7 @@ impl Line {
             Ok(0) | Err(Errno::AGAIN | Errno::INTR) => Written::Nothing,
             Ok(count) => Written::Part(count),
             Err(_) => {
-                inlet.lose();
+                reader.mark_lost();
                 Written::Nothing
             }
         }
@@ -224,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn a_user_without_permission_is_told_the_group() {
+    fn the_error_for_missing_permission_names_the_group() {
         let kind = ErrorKind::Io(io::ErrorKind::PermissionDenied);
         let said = open_error(Path::new("/dev/tty"), &serialport::Error::new(kind, ""));
         let words = "permission denied. Add yourself to the group";
@@ -232,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn reads_no_more_than_the_buffer_and_loses_nothing() {
+    fn a_read_takes_no_more_than_the_buffer_holds_and_loses_nothing() {
         let (mut far, mut line) = pair();
         far.write_all(b"0123456789").unwrap();
         let mut heard = Vec::new();
@@ -251,7 +252,7 @@ mod tests {
     }
 
     /// First result other than `Empty`. On a busy machine it may take a while.
-    fn hears(line: &mut Line) -> Read {
+    fn first_result(line: &mut Line) -> Read {
         let mut buffer = [0; 4];
         for _ in 0..30_000 {
             match line.read(&mut buffer) {
@@ -263,16 +264,16 @@ mod tests {
     }
 
     #[test]
-    fn a_silent_line_stays_and_an_unplugged_one_is_noticed() {
+    fn a_silent_line_stays_open_and_an_unplugged_one_is_noticed() {
         let (mut far, mut line) = pair();
         let mut buffer = [0; 4];
         for _ in 0..50 {
             assert_eq!(line.read(&mut buffer), Read::Empty);
         }
         far.write_all(b"end").unwrap();
-        assert!(matches!(hears(&mut line), Read::Bytes(3, _)));
+        assert!(matches!(first_result(&mut line), Read::Bytes(3, _)));
         drop(far);
-        assert_eq!(hears(&mut line), Read::Lost);
+        assert_eq!(first_result(&mut line), Read::Lost);
         assert!(line.is_lost());
         assert_eq!(line.write(b"?"), Written::Nothing);
     }
@@ -284,6 +285,6 @@ mod tests {
         drop(line);
         let mut again = Line::open(&path, 115_200).unwrap();
         drop(far);
-        assert_eq!(hears(&mut again), Read::Lost);
+        assert_eq!(first_result(&mut again), Read::Lost);
     }
 }

@@ -47,7 +47,7 @@ mod tests {
     const MS: u64 = 1_000_000;
 
     #[test]
-    fn a_press_counts_at_once_and_bouncing_is_one_press() {
+    fn a_press_counts_at_once_and_its_bounces_are_one_press() {
         let mut switch = Debounced::default();
         assert!(!switch.update(false, 0));
         assert!(switch.update(true, MS));

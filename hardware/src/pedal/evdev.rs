@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn an_event_is_as_long_as_the_kernels() {
+    fn an_event_has_the_kernels_length() {
         assert_eq!(size_of::<evdev::InputEvent>(), field::END);
     }
 
@@ -299,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn suite_passes_on_piped_events_and_notices_a_foot_and_a_pulled_plug() {
+    fn the_suite_passes_on_piped_events_and_notices_a_press_and_an_unplugged_pedal() {
         use crate::conformance::{CheckOutcome, Options, pedal_by};
         use std::cell::RefCell;
         let plug = RefCell::new(None);
@@ -335,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn file_that_is_no_input_device_is_refused_as_such() {
+    fn a_file_that_is_no_input_device_is_refused() {
         let missing = EvdevPedal::open("/dev/input/none".as_ref(), Roles::default());
         assert!(
             matches!(missing, Err(HardwareError::Missing { .. })),
@@ -346,7 +346,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn arbitrary_bytes_do_no_harm(bytes in prop::collection::vec(any::<u8>(), 1..2000)) {
+        fn arbitrary_bytes_are_harmless(bytes in prop::collection::vec(any::<u8>(), 1..2000)) {
             let (mut pedal, write) = piped();
             rustix::io::write(&write, &bytes).unwrap();
             for _ in 0..4 {

@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn joined_pedals_press_what_either_presses_and_a_silent_one_nothing() {
+    fn joined_pedals_press_what_either_presses_and_a_silent_pedal_presses_nothing() {
         let one = [pressed(true, false, MS), Polled::Nothing, Polled::Nothing];
         let two = [
             Polled::Nothing,
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn lost_pedal_loses_both() {
+    fn one_lost_pedal_loses_both() {
         let mut pedals = joined(&[pressed(true, false, MS)], &[Polled::Lost]);
         assert_eq!(pedals.poll(MS), Polled::Lost);
     }

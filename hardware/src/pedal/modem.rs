@@ -20,34 +20,34 @@ pub trait ModemLines {
 }
 
 /// Interval between two reads of the wires. It is short against the debouncer's 20 ms.
-const LOOK_EVERY: Duration = Duration::from_millis(2);
-/// The switches count as released when the last reading is older than this, ms.
+const READ_INTERVAL: Duration = Duration::from_millis(2);
+/// Age of the last reading above which the switches count as released, ms.
 const SILENT_MS: u64 = 250;
-/// Time after which the wires follow RTS and DTR. An adapter for the USB reports its wires every 16
-/// ms.
+/// Time after which CTS and DSR follow a change of RTS and DTR. A USB adapter reports its wires
+/// every 16 ms.
 const SETTLE: Duration = Duration::from_millis(50);
-/// Bit of [`Looked::found`] for a closed CTS.
+/// Bit of [`WireReading::found`] for a closed CTS.
 const CTS: u8 = 1;
-/// Bit of `Looked::found` for a closed DSR.
+/// Bit of `WireReading::found` for a closed DSR.
 const DSR: u8 = 2;
-/// Value of `Looked::found` when the line is lost.
-const GONE: u8 = 4;
+/// Value of `WireReading::found` when the line is lost.
+const LOST: u8 = 4;
 
 /// The wires of a real serial line. A thread reads them, because a query over USB takes a
 /// millisecond or more.
 #[derive(Debug)]
-pub struct SerialLines(Arc<Looked>);
+pub struct SerialLines(Arc<WireReading>);
 
 /// The thread's last reading and its time.
 #[derive(Debug)]
-struct Looked {
+struct WireReading {
     found: AtomicU8,
     /// Time of the last reading, ms after `began`.
     at_ms: AtomicU64,
     began: Instant,
 }
 
-impl Looked {
+impl WireReading {
     fn elapsed_ms(&self) -> u64 {
         u64::try_from(self.began.elapsed().as_millis()).unwrap_or(u64::MAX)
     }
@@ -58,7 +58,7 @@ impl Looked {
         let found = self.found.load(Relaxed);
         let age_ms = self.elapsed_ms().saturating_sub(self.at_ms.load(Relaxed));
         let closed = |wire| found & wire != 0 && age_ms <= SILENT_MS;
-        (found != GONE).then_some([closed(CTS), closed(DSR)])
+        (found != LOST).then_some([closed(CTS), closed(DSR)])
     }
 }
 
@@ -77,12 +77,12 @@ impl SerialLines {
                 error.description
             ))
         };
-        feed(&mut port, false).map_err(no_wires)?;
+        power_switches(&mut port, false).map_err(no_wires)?;
         let cts = port.read_clear_to_send().map_err(no_wires)?;
         let dsr = port.read_data_set_ready().map_err(no_wires)?;
-        judge_unfed([cts, dsr]).map_err(refused)?;
-        feed(&mut port, true).map_err(no_wires)?;
-        let found = Arc::new(Looked {
+        check_unpowered([cts, dsr]).map_err(refused)?;
+        power_switches(&mut port, true).map_err(no_wires)?;
+        let found = Arc::new(WireReading {
             found: AtomicU8::new(0),
             at_ms: AtomicU64::new(0),
             began: Instant::now(),
@@ -91,7 +91,7 @@ impl SerialLines {
         std::thread::Builder::new()
             .name("calot-pedal".to_owned())
             .stack_size(128 << 10)
-            .spawn(move || look(&mut port, &into))
+            .spawn(move || read_wires(&mut port, &into))
             .map_err(|error| HardwareError::Line {
                 path: path.to_path_buf(),
                 doing: "starting its reading thread",
@@ -102,16 +102,16 @@ impl SerialLines {
 }
 
 /// Sets RTS and DTR, and waits until the wires have settled.
-fn feed(port: &mut TTYPort, is_on: bool) -> serialport::Result<()> {
+fn power_switches(port: &mut TTYPort, is_on: bool) -> serialport::Result<()> {
     port.write_request_to_send(is_on)?;
     port.write_data_terminal_ready(is_on)?;
     std::thread::sleep(SETTLE);
     Ok(())
 }
 
-/// Judges the wires while nothing feeds the switches. A driver that reports a wire as on
-/// (Linux's `cdc_acm` does so with CTS) would press the pedal for ever.
-fn judge_unfed([cts, dsr]: [bool; 2]) -> Result<(), String> {
+/// Refuses wires that are on while RTS and DTR are off. Some drivers always report a wire as on
+/// (Linux's `cdc_acm` does so with CTS), and the pedal would then be pressed for ever.
+fn check_unpowered([cts, dsr]: [bool; 2]) -> Result<(), String> {
     let wires = match (cts, dsr) {
         (false, false) => return Ok(()),
         (true, false) => "CTS is",
@@ -122,19 +122,19 @@ fn judge_unfed([cts, dsr]: [bool; 2]) -> Result<(), String> {
 }
 
 /// Reads the wires until the line is lost or the pedal is dropped.
-fn look(port: &mut TTYPort, into: &Weak<Looked>) {
+fn read_wires(port: &mut TTYPort, into: &Weak<WireReading>) {
     while let Some(into) = into.upgrade() {
         let found = match (port.read_clear_to_send(), port.read_data_set_ready()) {
             (Ok(cts), Ok(dsr)) => (u8::from(cts) * CTS) | (u8::from(dsr) * DSR),
-            _ => GONE,
+            _ => LOST,
         };
         into.found.store(found, Relaxed);
         into.at_ms.store(into.elapsed_ms(), Relaxed);
-        if found == GONE {
+        if found == LOST {
             return;
         }
         drop(into);
-        std::thread::sleep(LOOK_EVERY);
+        std::thread::sleep(READ_INTERVAL);
     }
 }
 
@@ -202,20 +202,20 @@ mod tests {
     use std::rc::Rc;
 
     #[test]
-    fn an_adapter_that_hangs_reads_as_released() {
+    fn a_pedal_on_a_hanging_adapter_reads_as_released() {
         let began = Instant::now()
             .checked_sub(Duration::from_millis(SILENT_MS * 4))
             .unwrap();
-        let looked = Looked {
+        let reading = WireReading {
             found: AtomicU8::new(CTS),
             at_ms: AtomicU64::new(SILENT_MS * 1000),
             began,
         };
-        assert_eq!(looked.closed(), Some([true, false]), "a new reading");
-        looked.at_ms.store(SILENT_MS, Relaxed);
-        assert_eq!(looked.closed(), Some([false, false]), "an old reading");
-        looked.found.store(GONE, Relaxed);
-        assert_eq!(looked.closed(), None);
+        assert_eq!(reading.closed(), Some([true, false]), "a new reading");
+        reading.at_ms.store(SILENT_MS, Relaxed);
+        assert_eq!(reading.closed(), Some([false, false]), "an old reading");
+        reading.found.store(LOST, Relaxed);
+        assert_eq!(reading.closed(), None);
     }
 
     struct Wires(Rc<Cell<Option<[bool; 2]>>>);
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn a_closed_wire_presses_bounces_are_ignored_and_a_lost_line_stays_lost() {
+    fn a_closed_switch_presses_bounces_are_ignored_and_a_lost_line_stays_lost() {
         let wires = Rc::new(Cell::new(Some([false, false])));
         let mut pedal = ModemPedal::on(Wires(Rc::clone(&wires)));
         let mut at = |closed: Option<[bool; 2]>, ms: u64| {
@@ -251,15 +251,15 @@ mod tests {
 
     #[test]
     fn a_wire_that_is_on_without_feed_is_refused() {
-        assert_eq!(judge_unfed([false, false]), Ok(()));
-        let said = judge_unfed([true, false]).unwrap_err();
+        assert_eq!(check_unpowered([false, false]), Ok(()));
+        let said = check_unpowered([true, false]).unwrap_err();
         assert_eq!(said, "its CTS is on although RTS and DTR are off");
-        assert!(judge_unfed([false, true]).is_err());
-        assert!(judge_unfed([true, true]).is_err());
+        assert!(check_unpowered([false, true]).is_err());
+        assert!(check_unpowered([true, true]).is_err());
     }
 
     #[test]
-    fn a_pty_is_refused_because_it_has_no_such_wires() {
+    fn a_pty_is_refused_because_it_has_no_modem_wires() {
         let (_master, slave) = TTYPort::pair().unwrap();
         let path = slave.name().unwrap();
         drop(slave);

@@ -11,7 +11,7 @@ const ON_TIME_NS: u64 = 4_000_000;
 /// Length of a window of samples that are judged together, by the device's clock, µs.
 const WINDOW_US: u32 = 300_000;
 /// Share of a window's time, in percent, that bundles must fill.
-const SHARE: u32 = 80;
+const BUNDLED_PERCENT: u32 = 80;
 /// Largest spread of the bundles' lengths in a window, µs. A timer is regular; a busy computer is
 /// not.
 const SPREAD_US: u32 = 3_000;
@@ -42,7 +42,7 @@ pub(super) struct Bundles {
     arrived_ns: TimeNs,
     /// True after the host was late. Samples are then ignored up to the next pause between
     /// arrivals.
-    spoilt: bool,
+    is_ignoring: bool,
     judged_us: u32,
     bundled_us: u32,
     shortest_us: u32,
@@ -57,7 +57,7 @@ impl Bundles {
     pub(super) const fn begin(&mut self, paused_ns: u64) {
         if paused_ns > ON_TIME_NS {
             self.group = None;
-            self.spoilt = true;
+            self.is_ignoring = true;
         }
     }
 
@@ -65,10 +65,10 @@ impl Bundles {
     pub(super) fn take(&mut self, us: u32, at_ns: TimeNs) {
         let paused = at_ns.saturating_sub(self.arrived_ns) >= PAUSE_NS;
         self.arrived_ns = at_ns;
-        if self.spoilt && !paused {
+        if self.is_ignoring && !paused {
             return;
         }
-        self.spoilt = false;
+        self.is_ignoring = false;
         let fresh = Group {
             first_us: us,
             last_us: us,
@@ -116,10 +116,10 @@ impl Bundles {
     }
 
     fn close(&mut self) {
-        let shows = self.bundled_us * 100 >= self.judged_us * SHARE
+        let has_bundles = self.bundled_us * 100 >= self.judged_us * BUNDLED_PERCENT
             && self.longest_us - self.shortest_us <= SPREAD_US;
-        self.windows = if shows { self.windows + 1 } else { 0 };
-        if shows {
+        self.windows = if has_bundles { self.windows + 1 } else { 0 };
+        if has_bundles {
             // The length of a bundle runs from its first sample to the first sample of the next
             // bundle.
             self.length_us = self.bundled_us / self.count.max(1);
@@ -147,7 +147,7 @@ mod tests {
     use super::*;
 
     /// Two seconds of samples at 1 kHz. They arrive in the milliseconds for which `comes` is true.
-    fn heard(comes: impl Fn(u32) -> bool, paused_ns: u64) -> Bundles {
+    fn bundles_of(comes: impl Fn(u32) -> bool, paused_ns: u64) -> Bundles {
         let mut bundles = Bundles::default();
         let mut waiting = Vec::new();
         for ms in 0..2000u32 {
@@ -165,15 +165,18 @@ mod tests {
 
     #[test]
     fn a_latency_timer_is_found_with_its_length() {
-        assert_eq!(heard(|ms| ms % 16 == 0, 1_000_000).length_ms(), Some(16));
-        assert_eq!(heard(|_| true, 1_000_000).length_ms(), None);
-        assert_eq!(heard(|ms| ms % 4 == 0, 1_000_000).length_ms(), None);
+        assert_eq!(
+            bundles_of(|ms| ms % 16 == 0, 1_000_000).length_ms(),
+            Some(16)
+        );
+        assert_eq!(bundles_of(|_| true, 1_000_000).length_ms(), None);
+        assert_eq!(bundles_of(|ms| ms % 4 == 0, 1_000_000).length_ms(), None);
     }
 
     #[test]
-    fn a_late_host_and_an_irregular_device_are_no_bundles() {
-        assert_eq!(heard(|ms| ms % 16 == 0, 16_000_000).length_ms(), None);
+    fn a_late_host_or_an_irregular_device_is_not_reported_as_bundles() {
+        assert_eq!(bundles_of(|ms| ms % 16 == 0, 16_000_000).length_ms(), None);
         let irregular = |ms: u32| ms.is_multiple_of(41) || ms.is_multiple_of(29);
-        assert_eq!(heard(irregular, 1_000_000).length_ms(), None);
+        assert_eq!(bundles_of(irregular, 1_000_000).length_ms(), None);
     }
 }

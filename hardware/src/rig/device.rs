@@ -63,7 +63,7 @@ impl Motion {
     }
 }
 
-/// Counters of the device. They grow, and wrap.
+/// Counters of the device. They wrap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct DeviceCounters {
     /// Messages understood.
@@ -80,7 +80,7 @@ pub struct Device {
     capabilities: Capabilities,
     /// True if the host speaks version 2 and the device has an opening. Messages then carry the
     /// opening.
-    says_opening: bool,
+    sends_opening: bool,
     reader: FrameReader,
     answer_due: bool,
     streaming: bool,
@@ -104,8 +104,8 @@ struct Rendered {
 }
 
 impl Device {
-    /// A device that no host has greeted. For a haptic device, a watchdog of 0 or more than
-    /// [`WATCHDOG_LIMIT_MS`] is set to that limit.
+    /// A device that no host has greeted. A haptic device whose watchdog is 0 or longer than
+    /// [`WATCHDOG_LIMIT_MS`] gets that limit.
     #[must_use]
     pub fn new(mut capabilities: Capabilities) -> Self {
         if capabilities.kind == DeviceKind::Haptic
@@ -115,7 +115,7 @@ impl Device {
         }
         Self {
             capabilities,
-            says_opening: false,
+            sends_opening: false,
             reader: FrameReader::new(),
             answer_due: false,
             streaming: false,
@@ -135,32 +135,32 @@ impl Device {
             let Some(read) = self.reader.push(byte) else {
                 continue;
             };
-            let heard = read
+            let message = read
                 .ok()
                 .and_then(|payload| Message::new(payload).ok())
-                .and_then(Heard::new);
-            match heard {
-                Some(heard) if self.is_of_version(&heard) => {
+                .and_then(HostMessage::new);
+            match message {
+                Some(message) if self.is_of_version(&message) => {
                     self.counters.messages = self.counters.messages.wrapping_add(1);
-                    self.obey(heard, now_us);
+                    self.handle(message, now_us);
                 }
                 _ => self.counters.bad = self.counters.bad.wrapping_add(1),
             }
         }
     }
 
-    /// True unless the message is a `FORCE` of the version that is not spoken.
-    fn is_of_version(&self, heard: &Heard) -> bool {
-        match heard {
-            Heard::Force(command, _) => command.opening_n.is_some() == self.says_opening,
-            Heard::Hello(_) | Heard::Stop => true,
+    /// False for a `FORCE` with the length of the other protocol version.
+    fn is_of_version(&self, message: &HostMessage) -> bool {
+        match message {
+            HostMessage::Force(command, _) => command.opening_n.is_some() == self.sends_opening,
+            HostMessage::Hello(_) | HostMessage::Stop => true,
         }
     }
 
-    fn obey(&mut self, heard: Heard, now_us: u32) {
-        match heard {
-            Heard::Hello(version) => {
-                self.says_opening = version >= 2 && self.capabilities.opening.is_some();
+    fn handle(&mut self, message: HostMessage, now_us: u32) {
+        match message {
+            HostMessage::Hello(version) => {
+                self.sends_opening = version >= 2 && self.capabilities.opening.is_some();
                 // A new host starts without the force of an earlier host.
                 self.force = None;
                 self.last_force_sequence = None;
@@ -168,11 +168,11 @@ impl Device {
                 self.answer_due = true;
                 self.streaming = true;
             }
-            Heard::Stop => {
+            HostMessage::Stop => {
                 self.force = None;
                 self.streaming = false;
             }
-            Heard::Force(command, sequence) if self.streaming => {
+            HostMessage::Force(command, sequence) if self.streaming => {
                 // A repeated or older number shows a stuck or reordering line, not a running host.
                 // So it must not keep the watchdog from acting.
                 let newer = self
@@ -190,7 +190,7 @@ impl Device {
                     self.tripped = false;
                 }
             }
-            Heard::Force(..) => {}
+            HostMessage::Force(..) => {}
         }
     }
 
@@ -198,7 +198,7 @@ impl Device {
     pub fn answer(&mut self) -> Option<Frame> {
         core::mem::take(&mut self.answer_due).then(|| {
             let sequence = self.next_sequence();
-            let opening = self.capabilities.opening.filter(|_| self.says_opening);
+            let opening = self.capabilities.opening.filter(|_| self.sends_opening);
             Capabilities {
                 version: if opening.is_some() { 2 } else { 1 },
                 opening,
@@ -212,7 +212,7 @@ impl Device {
     /// in effect: before a greeting, after a stop, at a fault, and after a watchdog's time without
     /// a new `FORCE`.
     pub fn force(&mut self, now_us: u32) -> Force {
-        self.watch(now_us);
+        self.check_watchdog(now_us);
         let Some(rendered) = self.force else {
             return Force::default();
         };
@@ -230,7 +230,7 @@ impl Device {
 
     /// Drops a force that is too old. It is dropped for good, because after a wrap of the clock it
     /// would look new again.
-    fn watch(&mut self, now_us: u32) {
+    fn check_watchdog(&mut self, now_us: u32) {
         let limit_us = u32::from(self.capabilities.watchdog_ms) * 1000;
         let is_old = |force: Rendered| now_us.wrapping_sub(force.at_us) > limit_us;
         if self.force.is_some_and(is_old) {
@@ -246,7 +246,7 @@ impl Device {
         if !self.streaming {
             return None;
         }
-        self.watch(now_us);
+        self.check_watchdog(now_us);
         let mut status = 0;
         if self.force.is_some() {
             status |= Status::FORCE_ON.0;
@@ -268,7 +268,7 @@ impl Device {
             position_m: motion.position_m,
             velocity_m_s: motion.velocity_m_s,
             rotation_xyzw: motion.rotation_xyzw,
-            opening: self.says_opening.then_some(motion.opening),
+            opening: self.sends_opening.then_some(motion.opening),
         };
         let sequence = self.next_sequence();
         let is_finite = motion.is_finite() && state.opening.is_none_or(f32::is_finite);
@@ -324,13 +324,13 @@ impl Device {
 
 /// Messages from a host.
 #[derive(Clone, Copy)]
-enum Heard {
+enum HostMessage {
     Hello(u8),
     Force(Force, u16),
     Stop,
 }
 
-impl Heard {
+impl HostMessage {
     fn new(message: Message<'_>) -> Option<Self> {
         match message.kind() {
             Kind::Hello => Hello::parse(&message)
@@ -404,7 +404,7 @@ mod tests {
     }
 
     #[test]
-    fn the_watchdog_drops_the_force_and_a_new_force_takes_it_up() {
+    fn the_watchdog_drops_the_force_and_a_new_command_restores_it() {
         let mut device = greeted();
         device.receive(push(1.0, 1).as_bytes(), 1_000);
         assert!((norm(device.force(51_000)) - 1.0).abs() < 1e-6);
@@ -426,7 +426,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stuck_line_does_not_feed_the_watchdog() {
+    fn repeated_bytes_of_a_stuck_line_do_not_reset_the_watchdog() {
         let mut device = greeted();
         for ms in 0..1000 {
             device.receive(push(1.0, 7).as_bytes(), ms * 1000);
@@ -447,7 +447,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sample_alone_sees_that_the_force_is_too_old() {
+    fn sampling_alone_finds_that_the_force_is_too_old() {
         let mut device = greeted();
         device.receive(push(1.0, 1).as_bytes(), 0);
         assert!(device.state(&Motion::default(), 50_001).is_some());
@@ -455,7 +455,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_takes_the_force_until_it_is_mended() {
+    fn a_fault_drops_the_force_until_it_is_repaired() {
         let mut device = greeted();
         device.receive(push(1.0, 1).as_bytes(), 0);
         device.set_fault(true);
@@ -471,7 +471,7 @@ mod tests {
     }
 
     #[test]
-    fn a_motion_that_is_no_number_is_a_lost_sample() {
+    fn a_motion_that_is_not_a_number_is_a_lost_sample() {
         let mut device = greeted();
         let motion = Motion {
             position_m: [0.0, f32::NAN, 0.0],
@@ -485,7 +485,7 @@ mod tests {
     }
 
     #[test]
-    fn a_careless_watchdog_is_shortened() {
+    fn a_watchdog_that_is_too_long_is_shortened() {
         let careless = Capabilities {
             watchdog_ms: 0,
             ..Capabilities::touch_class()
@@ -498,7 +498,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn rig_exceeds_neither_its_force_nor_its_watchdog_on_any_bytes(
+        fn no_bytes_make_a_rig_exceed_its_force_or_its_watchdog(
             noise in prop::collection::vec(any::<u8>(), 0..256),
             force_n in prop::array::uniform3(-40.0..40.0f32),
         ) {

@@ -1,29 +1,31 @@
-//! Time from hand to force as the device itself saw it. Each STATE names the FORCE in effect. So
-//! the first STATE with a new force ends a time that began with the STATE from which the host
-//! computed that force, both by the device's clock.
+//! Measures the time from hand to force by the device's own clock. The time begins with the STATE
+//! from which the host computes a force. It ends with the first STATE that names this force as the
+//! one in effect.
 
 use rt_core::port::Echo;
 use rt_core::time::TimeNs;
 
 use super::wire::{State, Status};
 
-/// Forces whose echo is awaited. More are under way only on a line that is slower than 64 ticks.
+/// Largest number of forces whose echo is awaited. A line would need more than 64 ticks to exceed
+/// it.
 const SENT: usize = 64;
-/// Longest time that counts, µs. After it, the device's clock or its numbers have begun anew.
+/// Longest time that counts, µs. A longer time means that the device's clock or its sequence
+/// numbers have restarted.
 const LONGEST_US: u32 = 1_000_000;
 
 /// A force that was sent, and the sample from which it came.
 #[derive(Debug, Clone, Copy)]
-struct Sent {
+struct SentForce {
     sequence: u16,
     device_time_us: u32,
     sample_at_ns: TimeNs,
 }
 
-/// Forces on their way, and the newest echo.
+/// Forces that were sent and not yet confirmed, and the newest echo.
 #[derive(Debug)]
 pub(super) struct Echoes {
-    sent: [Option<Sent>; SENT],
+    sent: [Option<SentForce>; SENT],
     /// The sample of this poll: the device's clock and the arrival.
     fresh: Option<(u32, TimeNs)>,
     in_effect: Option<u16>,
@@ -48,7 +50,7 @@ impl Echoes {
         self.found = None;
     }
 
-    /// Takes a sample that the tick will use. The last of a poll counts.
+    /// Takes a sample that the tick may use. The tick uses the last one of a poll.
     pub(super) fn use_sample(&mut self, state: &State, at_ns: TimeNs) {
         self.fresh = Some((state.device_time_us, at_ns));
     }
@@ -76,11 +78,12 @@ impl Echoes {
         }
     }
 
-    /// Notes the force that is sent now. Only the first after a sample answers it.
+    /// Notes the force that is sent now. Only the first force after a sample counts as computed
+    /// from that sample.
     pub(super) fn sent(&mut self, sequence: u16) {
         let fresh = self.fresh.take();
         if let Some(slot) = self.sent.get_mut(usize::from(sequence) % SENT) {
-            *slot = fresh.map(|(device_time_us, sample_at_ns)| Sent {
+            *slot = fresh.map(|(device_time_us, sample_at_ns)| SentForce {
                 sequence,
                 device_time_us,
                 sample_at_ns,
@@ -122,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_sample_with_a_force_ends_the_time_of_the_sample_it_came_from() {
+    fn the_first_sample_with_a_force_ends_the_measurement_of_its_delay() {
         let mut echoes = Echoes::default();
         let start = u32::MAX - 500; // the device's clock wraps on the way
         assert_eq!(tick(&mut echoes, start, None, 1), None);
@@ -144,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn forces_without_a_sample_of_their_own_and_foreign_numbers_have_no_echo() {
+    fn forces_without_a_new_sample_and_unknown_numbers_have_no_echo() {
         let mut echoes = Echoes::default();
         tick(&mut echoes, 0, None, 1);
         echoes.begin();

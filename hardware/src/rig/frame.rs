@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_without_zeros_is_one_bad_frame() {
+    fn a_stream_without_zeros_is_one_bad_frame() {
         let mut bytes = vec![0x55; 10_000];
         bytes.push(0);
         assert_eq!(read(&bytes), (vec![], 1));
@@ -199,7 +199,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn frames_come_back(payloads in prop::collection::vec(
+        fn frames_are_read_as_sent(payloads in prop::collection::vec(
             prop::collection::vec(any::<u8>(), 1..=MAX_PAYLOAD), 0..8)) {
             let mut bytes = Vec::new();
             for payload in &payloads {
@@ -209,7 +209,7 @@ mod tests {
         }
 
         #[test]
-        fn arbitrary_bytes_do_no_harm(bytes in prop::collection::vec(any::<u8>(), 0..2048)) {
+        fn arbitrary_bytes_are_harmless(bytes in prop::collection::vec(any::<u8>(), 0..2048)) {
             let (good, bad) = read(&bytes);
             prop_assert!(good.len() + bad <= bytes.iter().filter(|&&byte| byte == 0).count());
         }

@@ -11,9 +11,9 @@ use rt_core::port::{
 use rt_core::time::TimeNs;
 
 use super::echo::Echoes;
-use super::host::{Bad, Host};
+use super::host::{BadReason, Host};
 use super::judge::Judge;
-use super::watchdog::{Drops, Watchdog};
+use super::watchdog::{Watchdog, WatchdogDrops};
 use super::wire::{Capabilities, DeviceKind, Field, Force, State, Status, WireError};
 use crate::HardwareError;
 use crate::line::Line;
@@ -90,7 +90,7 @@ impl RigHaptic {
 
     /// Drops of the force by the device's watchdog so far.
     #[must_use]
-    pub const fn drops(&self) -> Drops {
+    pub const fn drops(&self) -> WatchdogDrops {
         self.watchdog.drops()
     }
 
@@ -98,13 +98,13 @@ impl RigHaptic {
     #[must_use]
     pub fn refused_samples(&self) -> u64 {
         let bad = self.host.bad();
-        let of = |why: Bad| bad.get(why as usize).copied().unwrap_or(0);
-        Bad::OF_SAMPLES.into_iter().map(of).sum()
+        let of = |why: BadReason| bad.get(why as usize).copied().unwrap_or(0);
+        BadReason::OF_SAMPLES.into_iter().map(of).sum()
     }
 
     /// Number of bad frames so far by reason.
     pub fn bad_frames(&self) -> impl Iterator<Item = (&'static str, u64)> + use<> {
-        Bad::NAMES.into_iter().zip(self.host.bad())
+        BadReason::NAMES.into_iter().zip(self.host.bad())
     }
 
     /// Path of the line.
@@ -135,8 +135,8 @@ impl RigHaptic {
         let mut status = self.status;
         let mut reported_m_s = self.reported_m_s;
         let opens = self.declared.opening.is_some();
-        let mut rejected = [0; Bad::COUNT];
-        let mut reject = |why: Bad| {
+        let mut rejected = [0; BadReason::COUNT];
+        let mut reject = |why: BadReason| {
             if let Some(count) = rejected.get_mut(why as usize) {
                 *count += 1;
             }
@@ -145,12 +145,14 @@ impl RigHaptic {
             .host
             .receive(|message, at_ns| match State::parse(message) {
                 Err(WireError::Range(field)) => reject(field.into()),
-                Err(_) => reject(Bad::Message),
-                Ok(state) if state.opening.is_some() != opens => reject(Bad::Message),
-                Ok(state) if Vec3::from(state.position_m).norm() > reach_m => reject(Bad::Reach),
+                Err(_) => reject(BadReason::Message),
+                Ok(state) if state.opening.is_some() != opens => reject(BadReason::Message),
+                Ok(state) if Vec3::from(state.position_m).norm() > reach_m => {
+                    reject(BadReason::Reach)
+                }
                 Ok(state) => {
-                    let said_m_s = Vec3::from(state.velocity_m_s);
-                    reported_m_s = Some(said_m_s);
+                    let raw_m_s = Vec3::from(state.velocity_m_s);
+                    reported_m_s = Some(raw_m_s);
                     echoes.take(&state);
                     watchdog.take(&state);
                     status = RigStatus {
@@ -161,13 +163,13 @@ impl RigHaptic {
                     };
                     let velocity_m_s = judge.take(&state, measures_velocity, at_ns);
                     if velocity_m_s.is_none() && judge.dropped() {
-                        reject(Bad::Judged);
+                        reject(BadReason::Judged);
                         return;
                     }
                     let sample = sample(&state, message.sequence(), velocity_m_s, at_ns);
                     each(&Reading {
                         sample,
-                        reported_m_s: measures_velocity.then_some(said_m_s),
+                        reported_m_s: measures_velocity.then_some(raw_m_s),
                         device_time_us: Some(state.device_time_us),
                         status: Some(state.status.0),
                     });
@@ -190,7 +192,7 @@ impl RigHaptic {
     }
 }
 
-impl From<Field> for Bad {
+impl From<Field> for BadReason {
     fn from(field: Field) -> Self {
         match field {
             Field::Position => Self::Position,

@@ -1,5 +1,4 @@
-//! The part that the drivers of rigs and of their pedals share: frames on a serial line, and the
-//! handshake.
+//! Frames on a serial line and the handshake. The drivers of rigs and of their pedals share them.
 
 use std::io::Write as _;
 use std::path::Path;
@@ -13,7 +12,7 @@ use crate::HardwareError;
 use crate::line::{Line, Read, Written};
 
 use super::frame::{Frame, FrameError, FrameReader};
-use super::heard::Heard;
+use super::handshake_log::HandshakeLog;
 use super::wire::{Capabilities, DeviceKind, Hello, Message, VERSION, stop_frame};
 
 /// Bit rate of the line, bit/s. Boards with native USB ignore it. On a UART, `STATE` at 1 kHz fills
@@ -22,8 +21,8 @@ pub(crate) const BAUD: u32 = 1_000_000;
 /// Longest wait for the device's answer. Opening the line resets many boards, whose loaders take
 /// up to 3 s before the firmware runs (serialport-rs issue 251).
 const HANDSHAKE: Duration = Duration::from_secs(5);
-/// After this time without an answer, a message says that the program waits.
-const SAY_AFTER: Duration = Duration::from_secs(1);
+/// Time without an answer after which a message says that the program waits.
+const REPORT_AFTER: Duration = Duration::from_secs(1);
 /// Interval between two greetings.
 const GREETING_INTERVAL: Duration = Duration::from_millis(100);
 /// Interval between two reads of the line during the greeting.
@@ -44,13 +43,13 @@ pub(super) struct Host {
     /// off. The next frame then begins with a zero byte.
     torn: bool,
     /// Bytes received during the handshake, for the error's message; `None` after it.
-    heard: Option<Box<Heard>>,
-    bad: [u64; Bad::COUNT],
+    handshake_log: Option<Box<HandshakeLog>>,
+    bad: [u64; BadReason::COUNT],
 }
 
 /// Reasons for which a frame or a message counts as bad.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Bad {
+pub(super) enum BadReason {
     /// The frame's checksum is wrong.
     Checksum,
     /// The frame's stuffing or length is wrong.
@@ -74,7 +73,7 @@ pub(super) enum Bad {
     Rotation,
 }
 
-impl Bad {
+impl BadReason {
     /// Number of reasons.
     pub(super) const COUNT: usize = 10;
     /// Reasons that refuse a sample. The others refuse bytes that may be no sample.
@@ -123,13 +122,13 @@ impl Host {
             send_sequence: 0,
             // The device may hold half a frame of an earlier host.
             torn: true,
-            heard: Some(Box::default()),
-            bad: [0; Bad::COUNT],
+            handshake_log: Some(Box::default()),
+            bad: [0; BadReason::COUNT],
         };
         let capabilities = host.greet(kind)?;
         check(&path, kind, &capabilities)?;
-        host.heard = None;
-        host.bad = [0; Bad::COUNT];
+        host.handshake_log = None;
+        host.bad = [0; BadReason::COUNT];
         host.counters = LineCounters {
             unread_bytes: host.counters.unread_bytes,
             ..LineCounters::default()
@@ -142,11 +141,11 @@ impl Host {
         let start = Instant::now();
         let mut next_greeting = start;
         let mut answer = None;
-        let mut is_said = false;
+        let mut is_reported = false;
         while start.elapsed() < HANDSHAKE {
-            if !is_said && start.elapsed() >= SAY_AFTER {
-                is_said = true;
-                say_waiting(&path);
+            if !is_reported && start.elapsed() >= REPORT_AFTER {
+                is_reported = true;
+                report_waiting(&path);
             }
             if Instant::now() >= next_greeting {
                 let sequence = self.next_sequence();
@@ -168,12 +167,12 @@ impl Host {
         }
         let expected = kind.name();
         let waited_ms = HANDSHAKE.as_millis() as u64;
-        Err(match &self.heard {
-            Some(heard) if heard.bytes() > 0 => HardwareError::Garbled {
+        Err(match &self.handshake_log {
+            Some(handshake_log) if handshake_log.bytes() > 0 => HardwareError::Garbled {
                 path,
                 expected,
                 waited_ms,
-                heard: heard.in_words(),
+                heard: handshake_log.in_words(),
             },
             _ => HardwareError::Silent {
                 path,
@@ -204,14 +203,14 @@ impl Host {
         }
         for &byte in bytes.iter().take(count) {
             let read = self.reader.push(byte);
-            if let Some(heard) = &mut self.heard {
-                heard.take(byte, read);
+            if let Some(handshake_log) = &mut self.handshake_log {
+                handshake_log.take(byte, read);
             }
             let message = match read {
                 None => continue,
-                Some(Ok(payload)) => Message::new(payload).map_err(|_| Bad::Message),
-                Some(Err(FrameError::Checksum)) => Err(Bad::Checksum),
-                Some(Err(_)) => Err(Bad::Frame),
+                Some(Ok(payload)) => Message::new(payload).map_err(|_| BadReason::Message),
+                Some(Err(FrameError::Checksum)) => Err(BadReason::Checksum),
+                Some(Err(_)) => Err(BadReason::Frame),
             };
             let message = match message {
                 Ok(message) => message,
@@ -227,7 +226,7 @@ impl Host {
                 .map(|last| sequence.wrapping_sub(last))
             {
                 // A repeated number means that the device or the line sent a frame twice.
-                Some(0) => count_bad(&mut self.counters, &mut self.bad, Bad::Repeated),
+                Some(0) => count_bad(&mut self.counters, &mut self.bad, BadReason::Repeated),
                 Some(step) => {
                     self.counters.frames += 1;
                     // A step backwards shows a restarted device, not 60 000 lost frames.
@@ -246,7 +245,7 @@ impl Host {
     }
 
     /// Counts good messages as bad after all. `rejected` has their number by reason.
-    pub(super) fn reject(&mut self, rejected: &[u64; Bad::COUNT]) {
+    pub(super) fn reject(&mut self, rejected: &[u64; BadReason::COUNT]) {
         for (sum, &count) in self.bad.iter_mut().zip(rejected) {
             *sum += count;
             self.counters.frames -= count;
@@ -254,8 +253,8 @@ impl Host {
         }
     }
 
-    /// Number of bad frames by reason, in the order of [`Bad::NAMES`].
-    pub(super) const fn bad(&self) -> [u64; Bad::COUNT] {
+    /// Number of bad frames by reason, in the order of [`BadReason::NAMES`].
+    pub(super) const fn bad(&self) -> [u64; BadReason::COUNT] {
         self.bad
     }
 
@@ -286,7 +285,7 @@ impl Host {
         self.send_sequence
     }
 
-    /// The number that was taken last.
+    /// The number of the last message that was sent or refused.
     pub(super) fn sent_sequence(&self) -> u16 {
         self.send_sequence
     }
@@ -304,7 +303,7 @@ impl Host {
     }
 }
 
-fn count_bad(counters: &mut LineCounters, bad: &mut [u64; Bad::COUNT], why: Bad) {
+fn count_bad(counters: &mut LineCounters, bad: &mut [u64; BadReason::COUNT], why: BadReason) {
     counters.bad_frames += 1;
     if let Some(count) = bad.get_mut(why as usize) {
         *count += 1;
@@ -313,7 +312,7 @@ fn count_bad(counters: &mut LineCounters, bad: &mut [u64; Bad::COUNT], why: Bad)
 
 /// Tells the user that the program waits for the device. Unlike `eprintln!` this does not panic
 /// when standard error is closed.
-fn say_waiting(path: &Path) {
+fn report_waiting(path: &Path) {
     let path = path.display();
     let _ = writeln!(
         std::io::stderr(),
@@ -389,70 +388,70 @@ fn check(path: &Path, kind: DeviceKind, found: &Capabilities) -> Result<(), Hard
     let limits = [
         Limit {
             what: "force_max_n",
-            is: found.force_max_n,
+            value: found.force_max_n,
             range: FORCE_MAX_N,
             allowed: "more than 0, at most 32.767: a FORCE message carries no more",
         },
         Limit {
             what: "force_continuous_n",
-            is: found.force_continuous_n,
+            value: found.force_continuous_n,
             range: (0.0, found.force_max_n),
             allowed: "more than 0, at most force_max_n",
         },
         Limit {
             what: "stiffness_max_n_m",
-            is: found.stiffness_max_n_m,
+            value: found.stiffness_max_n_m,
             range: STIFFNESS_N_M,
             allowed: "more than 0, at most 50000",
         },
         Limit {
             what: "damping_n_s_m",
-            is: found.damping_n_s_m,
+            value: found.damping_n_s_m,
             range: DAMPING_N_S_M,
             allowed: "more than 0, at most 10. Measure it with `calot devices characterise`",
         },
         Limit {
             what: "delay_s",
-            is: found.delay_s,
+            value: found.delay_s,
             range: (-1.0, 0.05),
             allowed: "0 to 0.05",
         },
         Limit {
             what: "workspace_radius_m",
-            is: found.workspace_radius_m,
+            value: found.workspace_radius_m,
             range: (0.009_99, 1.5),
             allowed: "0.01 to 1.5",
         },
         Limit {
             what: "opening.travel_m",
-            is: opening.travel_m,
+            value: opening.travel_m,
             range: TRAVEL_M,
             allowed: "0.001 to 0.3. A device whose handle does not open declares version 1",
         },
         Limit {
             what: "opening.force_max_n",
-            is: opening.force_max_n,
+            value: opening.force_max_n,
             range: (-1.0, FORCE_MAX_N.1),
             allowed: "0 to 32.767: a FORCE message carries no more",
         },
         Limit {
             what: "opening.stiffness_max_n_m",
-            is: opening.stiffness_max_n_m,
+            value: opening.stiffness_max_n_m,
             range: (least_n_m, STIFFNESS_N_M.1),
             allowed: "more than 0 (or 0 without a force along the opening), at most 50000",
         },
     ];
-    let wrong = |it: &&Limit| !(it.is > it.range.0 && it.is <= it.range.1);
+    let wrong = |it: &&Limit| !(it.value > it.range.0 && it.value <= it.range.1);
     limits
         .iter()
         .find(wrong)
-        .map_or(Ok(()), |it| Err(capability(it.what, it.is, it.allowed)))
+        .map_or(Ok(()), |it| Err(capability(it.what, it.value, it.allowed)))
 }
 
-/// A declared figure and its range.
+/// A declared value and its range.
 struct Limit {
     what: &'static str,
-    is: f32,
+    value: f32,
     /// Allowed range: more than the first value, at most the second.
     range: (f32, f32),
     allowed: &'static str,
@@ -476,7 +475,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn another_version_names_what_to_update() {
+    fn the_error_for_another_version_names_the_part_to_update() {
         let check = |version| {
             let found = Capabilities {
                 version,

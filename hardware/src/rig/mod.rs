@@ -11,9 +11,9 @@ pub mod device;
 mod echo;
 pub mod frame;
 #[cfg(feature = "std")]
-mod haptic;
+mod handshake_log;
 #[cfg(feature = "std")]
-mod heard;
+mod haptic;
 #[cfg(feature = "std")]
 mod host;
 #[cfg(feature = "std")]
@@ -33,4 +33,4 @@ pub(crate) use host::BAUD;
 #[cfg(feature = "std")]
 pub use pedal::RigPedal;
 #[cfg(feature = "std")]
-pub use watchdog::Drops;
+pub use watchdog::WatchdogDrops;

@@ -5,7 +5,7 @@ use std::path::Path;
 use rt_core::port::{LineCounters, Pedal, PedalSample, Polled};
 use rt_core::time::TimeNs;
 
-use super::host::{Bad, Host};
+use super::host::{BadReason, Host};
 use super::wire::{DeviceKind, Switches, WireError};
 use crate::HardwareError;
 
@@ -35,14 +35,14 @@ struct Electrodes {
 
 impl Electrodes {
     /// Takes a report. Returns the switches that count as pressed.
-    fn hear(&mut self, pressed: [bool; 2]) -> [bool; 2] {
+    fn update(&mut self, pressed: [bool; 2]) -> [bool; 2] {
         self.pressed = pressed;
         self.held = [0, 1].map(|i| self.held[i] && pressed[i]);
         [0, 1].map(|i| pressed[i] && !self.held[i])
     }
 
     /// Releases all switches. Returns true if one was pressed.
-    fn fall_silent(&mut self) -> bool {
+    fn release_all(&mut self) -> bool {
         let pressed = core::mem::take(&mut self.pressed);
         self.held = [0, 1].map(|i| self.held[i] || pressed[i]);
         pressed != [false; 2]
@@ -80,8 +80,8 @@ impl RigPedal {
 impl Pedal for RigPedal {
     fn poll(&mut self, now_ns: TimeNs) -> Polled<PedalSample> {
         let mut newest = None;
-        let mut rejected = [0; Bad::COUNT];
-        let mut reject = |why: Bad| {
+        let mut rejected = [0; BadReason::COUNT];
+        let mut reject = |why: BadReason| {
             if let Some(count) = rejected.get_mut(why as usize) {
                 *count += 1;
             }
@@ -90,8 +90,8 @@ impl Pedal for RigPedal {
             .host
             .receive(|message, at_ns| match Switches::parse(message) {
                 Ok(switches) => newest = Some((switches, at_ns)),
-                Err(WireError::Range(_)) => reject(Bad::Range),
-                Err(_) => reject(Bad::Message),
+                Err(WireError::Range(_)) => reject(BadReason::Range),
+                Err(_) => reject(BadReason::Message),
             });
         self.host.reject(&rejected);
         if let Some((switches, at_ns)) = newest {
@@ -102,7 +102,7 @@ impl Pedal for RigPedal {
             } = switches;
             self.last_heard_ns = Some(at_ns);
             self.camera_lock = camera_lock;
-            let [cut, coagulate] = self.electrodes.hear([cut, coagulate]);
+            let [cut, coagulate] = self.electrodes.update([cut, coagulate]);
             return Polled::Fresh(PedalSample {
                 cut,
                 coagulate,
@@ -115,7 +115,7 @@ impl Pedal for RigPedal {
             .is_some_and(|heard| now_ns.saturating_sub(heard) > self.silence_ns);
         if read.is_none() {
             Polled::Lost
-        } else if silent && (self.electrodes.fall_silent() | core::mem::take(&mut self.camera_lock))
+        } else if silent && (self.electrodes.release_all() | core::mem::take(&mut self.camera_lock))
         {
             Polled::Fresh(PedalSample {
                 at_ns: now_ns,
@@ -136,14 +136,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_pedal_that_was_held_through_a_silence_gives_no_current_until_released() {
+    fn a_pedal_held_during_a_silence_gives_no_current_until_it_is_released() {
         let mut electrodes = Electrodes::default();
-        assert_eq!(electrodes.hear([false, true]), [false, true]);
-        assert!(electrodes.fall_silent());
-        assert!(!electrodes.fall_silent(), "told once");
-        assert_eq!(electrodes.hear([false, true]), [false, false], "still held");
-        assert_eq!(electrodes.hear([true, true]), [true, false]);
-        assert_eq!(electrodes.hear([false, false]), [false, false]);
-        assert_eq!(electrodes.hear([false, true]), [false, true]);
+        assert_eq!(electrodes.update([false, true]), [false, true]);
+        assert!(electrodes.release_all());
+        assert!(!electrodes.release_all(), "told once");
+        assert_eq!(
+            electrodes.update([false, true]),
+            [false, false],
+            "still held"
+        );
+        assert_eq!(electrodes.update([true, true]), [true, false]);
+        assert_eq!(electrodes.update([false, false]), [false, false]);
+        assert_eq!(electrodes.update([false, true]), [false, true]);
     }
 }

@@ -77,7 +77,7 @@ fn vectors() -> String {
 }
 
 #[test]
-fn the_document_prints_the_frames_that_the_code_makes() {
+fn the_protocol_document_has_the_frames_that_the_code_makes() {
     let document = include_str!("../../PROTOCOL.md");
     let vectors = vectors();
     assert!(

@@ -1,15 +1,15 @@
-//! Measures, by the device's own clock, how long a force outlasts its last command. Every sample
-//! counts, also one that a late host reads only with later ones.
+//! Measures, by the device's own clock, how long a force stays in effect after its last command.
+//! Every sample counts, even one that the host reads late.
 
 use super::wire::{State, Status};
 
 /// Drops of the force by the device's watchdog.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Drops {
-    /// Number of drops so far whose force was seen in effect before.
+pub struct WatchdogDrops {
+    /// Number of drops so far. A drop counts only if a sample showed the force in effect before.
     pub count: u32,
-    /// Time from the first sample with the newest force in effect to the first sample that says
-    /// that the watchdog dropped it, µs. Of the last drop.
+    /// Duration of the last dropped force, µs: from the first sample with the force in effect to
+    /// the first sample that reports the drop.
     pub held_us: u32,
 }
 
@@ -18,7 +18,7 @@ pub struct Drops {
 pub(super) struct Watchdog {
     /// Number of the force in effect, and the device's time of the first sample with it, µs.
     in_effect: Option<(u16, u32)>,
-    drops: Drops,
+    drops: WatchdogDrops,
 }
 
 impl Watchdog {
@@ -35,14 +35,14 @@ impl Watchdog {
             return;
         };
         if state.status.contains(Status::WATCHDOG) {
-            self.drops = Drops {
+            self.drops = WatchdogDrops {
                 count: self.drops.count.wrapping_add(1),
                 held_us: now_us.wrapping_sub(since_us),
             };
         }
     }
 
-    pub(super) const fn drops(&self) -> Drops {
+    pub(super) const fn drops(&self) -> WatchdogDrops {
         self.drops
     }
 }
@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_after_the_drop_do_not_lengthen_it() {
+    fn samples_after_the_drop_do_not_lengthen_the_measured_time() {
         let mut watchdog = Watchdog::default();
         for ms in 0..123 {
             let now = match ms {
@@ -75,16 +75,16 @@ mod tests {
             };
             watchdog.take(&now);
         }
-        let Drops { count, held_us } = watchdog.drops();
+        let WatchdogDrops { count, held_us } = watchdog.drops();
         assert_eq!((count, held_us), (1, 50_000));
     }
 
     #[test]
-    fn a_force_that_ends_otherwise_is_no_drop() {
+    fn a_force_that_ends_for_another_reason_is_no_drop() {
         let mut watchdog = Watchdog::default();
         watchdog.take(&state(0, Status::FORCE_ON, 7));
         watchdog.take(&state(1, Status::FAULT, 0));
         watchdog.take(&state(2, Status::WATCHDOG, 0));
-        assert_eq!(watchdog.drops(), Drops::default());
+        assert_eq!(watchdog.drops(), WatchdogDrops::default());
     }
 }

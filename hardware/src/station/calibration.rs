@@ -1,13 +1,13 @@
-//! Computes the pose of a device: the rigid motion that maps the positions of landmarks as the
-//! device measures them to their known positions.
+//! Computes the pose of a device from landmarks. The pose is the rigid motion that maps the
+//! measured positions of the landmarks to their known positions.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
 
 /// Fewest landmarks that determine a pose.
 pub const LANDMARKS_MIN: usize = 3;
-/// Smallest spread of the landmarks across the line along which they spread most, m. With less, the
-/// rotation about that line is unknown.
+/// Smallest spread of the landmarks across the line along which they spread most, m. With a smaller
+/// spread, the rotation about that line is unknown.
 const SPREAD_MIN_M: f32 = 0.01;
 
 /// Pose of a device, and the quality of the fit.
@@ -19,8 +19,8 @@ pub struct Fit {
     pub rms_m: f32,
     /// Largest residual, m.
     pub worst_m: f32,
-    /// Landmark that fits the others least: without it the residual is smallest. `None` for three
-    /// landmarks, because any two fit.
+    /// Index of the landmark that fits the others least: without it, the residual is smallest.
+    /// `None` for three landmarks, because any two fit.
     pub odd_one: Option<usize>,
 }
 
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn landmarks_that_say_nothing_are_refused() {
+    fn landmarks_that_determine_no_frame_are_refused() {
         let at = |x: f32| (Vec3::new(x, 0.0, 0.0), Vec3::new(0.0, x, 0.0));
         assert_eq!(fit(&[at(0.0), at(1.0)]), Err(NoFit::TooFew(2)));
         assert!(matches!(

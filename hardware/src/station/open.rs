@@ -20,9 +20,9 @@ use crate::touch::TouchHaptic;
 use crate::woody::WoodyHaptic;
 
 impl HapticSpec {
-    /// Refuses a device that must be tested by hand before it may render a force. For a
-    /// WoodenHaptics device, the maker's present software contradicts this driver's signs. There
-    /// the encoder and the motor of the first axis have the same sign, here they have different
+    /// Refuses a device that must be tested by hand before it may render a force. This applies to a
+    /// WoodenHaptics device, because the maker's present software contradicts this driver: there
+    /// the encoder and the motor of the first axis have the same sign, here they have opposite
     /// signs.
     pub fn check_felt(&self) -> Result<(), HardwareError> {
         if self.driver == HapticDriver::Woody && !self.is_felt {
@@ -66,7 +66,7 @@ impl HapticSpec {
         });
         Ok(match self.motion_scale {
             None => device,
-            Some(by) => Box::new(Scaled { device, by }),
+            Some(scale) => Box::new(Scaled { device, scale }),
         })
     }
 }
@@ -147,7 +147,7 @@ impl HapticDevice for Limited {
         self.device.watchdog_ms()
     }
 
-    /// A force above the station's limit is shortened here too, whatever the caller did.
+    /// Shortens a force above the station's limit, even if the caller should have done so.
     fn send(&mut self, mut command: ForceCommand, now_ns: TimeNs) {
         if let Some(limit) = self.limits.force_max_n {
             let norm = command.force_n.norm();
@@ -186,9 +186,9 @@ mod tests {
     use std::sync::{Arc, Mutex};
 
     /// A device with a strong handle that remembers its last command.
-    struct Strong(Arc<Mutex<ForceCommand>>);
+    struct StrongDevice(Arc<Mutex<ForceCommand>>);
 
-    impl HapticDevice for Strong {
+    impl HapticDevice for StrongDevice {
         fn capabilities(&self) -> DeviceCapabilities {
             DeviceCapabilities {
                 opening: Opening {
@@ -211,10 +211,10 @@ mod tests {
     }
 
     #[test]
-    fn the_station_s_limit_holds_for_the_fingers_too() {
+    fn the_stations_force_limit_holds_for_the_opening_too() {
         let sent = Arc::new(Mutex::new(ForceCommand::default()));
         let mut device = Limited {
-            device: Box::new(Strong(Arc::clone(&sent))),
+            device: Box::new(StrongDevice(Arc::clone(&sent))),
             limits: Limits {
                 force_max_n: Some(1.0),
                 ..Limits::default()

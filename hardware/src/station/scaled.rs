@@ -7,26 +7,26 @@ use rt_core::port::{
 };
 use rt_core::time::TimeNs;
 
-/// The simulation's handle moves `by` times as far as the device's. By virtual work, its forces
-/// reach the hand `by` times as strong. Seen from the simulation, the device's force is therefore
-/// smaller by that factor, and its stiffness and damping by the factor's square, so a passive
-/// system stays passive.
+/// A device whose movement is multiplied by `scale` for the simulation. By virtual work, the
+/// simulation's force is multiplied by `scale` at the hand. So the capabilities that the simulation
+/// sees have the force divided by `scale`, and stiffness and damping divided by its square. A
+/// passive system stays passive.
 pub(super) struct Scaled {
     pub(super) device: Box<dyn HapticDevice + Send>,
-    pub(super) by: f32,
+    pub(super) scale: f32,
 }
 
 impl HapticDevice for Scaled {
     fn capabilities(&self) -> DeviceCapabilities {
         let own = self.device.capabilities();
-        let by2 = self.by * self.by;
+        let scale2 = self.scale * self.scale;
         DeviceCapabilities {
-            force_max_n: own.force_max_n / self.by,
-            force_continuous_n: own.force_continuous_n / self.by,
-            stiffness_max_n_m: own.stiffness_max_n_m / by2,
-            damping_max_n_s_m: own.damping_max_n_s_m / by2,
-            damping_n_s_m: own.damping_n_s_m / by2,
-            workspace_radius_m: own.workspace_radius_m * self.by,
+            force_max_n: own.force_max_n / self.scale,
+            force_continuous_n: own.force_continuous_n / self.scale,
+            stiffness_max_n_m: own.stiffness_max_n_m / scale2,
+            damping_max_n_s_m: own.damping_max_n_s_m / scale2,
+            damping_n_s_m: own.damping_n_s_m / scale2,
+            workspace_radius_m: own.workspace_radius_m * self.scale,
             ..own
         }
     }
@@ -37,7 +37,7 @@ impl HapticDevice for Scaled {
 
     fn poll(&mut self, now_ns: TimeNs) -> Polled<DeviceSample> {
         match self.device.poll(now_ns) {
-            Polled::Fresh(sample) => Polled::Fresh(scaled(sample, self.by)),
+            Polled::Fresh(sample) => Polled::Fresh(scaled(sample, self.scale)),
             other => other,
         }
     }
@@ -47,16 +47,16 @@ impl HapticDevice for Scaled {
         now_ns: TimeNs,
         each: &mut dyn FnMut(&Reading),
     ) -> Polled<DeviceSample> {
-        let by = self.by;
+        let scale = self.scale;
         let polled = self.device.poll_each(now_ns, &mut |own| {
             each(&Reading {
-                sample: scaled(own.sample, by),
-                reported_m_s: own.reported_m_s.map(|velocity| velocity * by),
+                sample: scaled(own.sample, scale),
+                reported_m_s: own.reported_m_s.map(|velocity| velocity * scale),
                 ..*own
             });
         });
         match polled {
-            Polled::Fresh(sample) => Polled::Fresh(scaled(sample, by)),
+            Polled::Fresh(sample) => Polled::Fresh(scaled(sample, scale)),
             other => other,
         }
     }
@@ -66,7 +66,7 @@ impl HapticDevice for Scaled {
     }
 
     fn send(&mut self, command: ForceCommand, now_ns: TimeNs) {
-        let force_n = command.force_n * self.by;
+        let force_n = command.force_n * self.scale;
         self.device
             .send(ForceCommand { force_n, ..command }, now_ns);
     }
@@ -74,7 +74,7 @@ impl HapticDevice for Scaled {
     fn reported_velocity_m_s(&self) -> Option<Vec3> {
         self.device
             .reported_velocity_m_s()
-            .map(|velocity| velocity * self.by)
+            .map(|velocity| velocity * self.scale)
     }
 
     fn identity(&self) -> Identity {
@@ -94,10 +94,10 @@ impl HapticDevice for Scaled {
     }
 }
 
-fn scaled(own: DeviceSample, by: f32) -> DeviceSample {
+fn scaled(own: DeviceSample, scale: f32) -> DeviceSample {
     let mut sample = own;
-    sample.device_from_handle.translation.vector *= by;
-    sample.velocity_m_s = own.velocity_m_s.map(|velocity| velocity * by);
+    sample.device_from_handle.translation.vector *= scale;
+    sample.velocity_m_s = own.velocity_m_s.map(|velocity| velocity * scale);
     sample
 }
 
@@ -111,9 +111,9 @@ mod tests {
     use std::sync::{Arc, Mutex};
 
     /// A device at one place that remembers its force.
-    struct Still(Arc<Mutex<Vec3>>);
+    struct RestingDevice(Arc<Mutex<Vec3>>);
 
-    impl HapticDevice for Still {
+    impl HapticDevice for RestingDevice {
         fn capabilities(&self) -> DeviceCapabilities {
             DeviceCapabilities {
                 workspace_radius_m: 0.1,
@@ -145,9 +145,9 @@ mod tests {
         /// Hand and instrument do equal work at any scale, and the force limit that the simulation
         /// sees maps to the device's own.
         #[test]
-        fn work_is_the_same_on_both_sides(by in 0.2f32..5.0, force in [-3.0f32..3.0, -3.0..3.0, -3.0..3.0]) {
+        fn scaling_keeps_the_work(scale in 0.2f32..5.0, force in [-3.0f32..3.0, -3.0..3.0, -3.0..3.0]) {
             let rendered = Arc::new(Mutex::new(Vec3::zeros()));
-            let mut device = Scaled { device: Box::new(Still(Arc::clone(&rendered))), by };
+            let mut device = Scaled { device: Box::new(RestingDevice(Arc::clone(&rendered))), scale };
             let Polled::Fresh(sample) = device.poll(1) else { panic!("it has one") };
             let force_n = Vec3::from(force);
             device.send(ForceCommand { opening_n: 0.0, force_n, torque_nm: Vec3::zeros() }, 1);

@@ -20,10 +20,10 @@ use crate::HardwareError;
 use crate::line::now_ns;
 use crate::motion::Motion;
 use crate::slot::Slot;
-use crate::vendor::{Door, FORCE_AGE_NS};
+use crate::vendor::{FORCE_AGE_NS, LibraryAccess};
 
 /// The library has one scheduler, so only one driver may exist.
-static DOOR: Door = Door::new("touch");
+static ACCESS: LibraryAccess = LibraryAccess::new("touch");
 /// Largest valid device handle. The library returns a larger one when it fails.
 const HANDLE_MAX: u32 = 1024;
 /// Attempts to open a device. A device that another program has just used becomes free after a
@@ -36,8 +36,8 @@ const ALREADY_INITIATED: u16 = 0x0301;
 /// Error codes after which the callback goes on, because the library itself reduces the force: warm
 /// motors; too much force, impulse or speed; a force error.
 const LIMITS: std::ops::RangeInclusive<u16> = 0x0200..=0x0204;
-/// After such an error, the force counts as limited for this many callbacks: 0.1 s. The library
-/// reports the error only once, and the tick may look later.
+/// Callbacks after such an error for which the force counts as limited: 0.1 s. The library reports
+/// the error only once, and the tick may poll later.
 const LIMITED_CALLBACKS: u32 = 100;
 /// Largest workspace radius that is accepted, m: the reach of the vendor's largest device plus a
 /// margin. Rigs have the same limit.
@@ -54,7 +54,7 @@ pub struct TouchHaptic {
     schedule: u64,
     capabilities: DeviceCapabilities,
     identity: String,
-    last_turn: u32,
+    last_version: u32,
     motion: Motion,
     counters: LineCounters,
 }
@@ -69,7 +69,7 @@ struct Shared {
     failed: AtomicU16,
     /// Callbacks for which the force still counts as limited by the library.
     limited_callbacks: AtomicU32,
-    /// Number of refused samples by reason, in the order of [`Unfit::NAMES`].
+    /// Number of refused samples by reason, in the order of [`BadSample::NAMES`].
     bad_samples: [AtomicU32; 2],
     force_max_n: f32,
     /// Ten f32 as bits (position 3, quaternion x y z w, velocity 3), the buttons, and the count of
@@ -87,17 +87,21 @@ impl TouchHaptic {
         let path = PathBuf::from(device.unwrap_or("default Touch"));
         let (own_library, name) = (library.to_path_buf(), device.map(str::to_owned));
         let own_path = path.clone();
-        DOOR.open(&path, library, move || {
-            Self::open_only(&own_library, name.as_deref(), &own_path)
+        ACCESS.open(&path, library, move || {
+            Self::open_directly(&own_library, name.as_deref(), &own_path)
         })
     }
 
-    fn open_only(library: &Path, device: Option<&str>, path: &Path) -> Result<Self, HardwareError> {
+    fn open_directly(
+        library: &Path,
+        device: Option<&str>,
+        path: &Path,
+    ) -> Result<Self, HardwareError> {
         let hd = Hd::load(library)?;
         let handle = init(hd, device, path)?;
         hd.make_current(handle);
         let capabilities = capabilities(hd);
-        if let Err(error) = usable(&capabilities, path) {
+        if let Err(error) = check_limits(&capabilities, path) {
             hd.disable_device(handle);
             return Err(error);
         }
@@ -118,7 +122,7 @@ impl TouchHaptic {
         if let code @ 1.. = hd.error() {
             hd.stop_scheduler();
             hd.disable_device(handle);
-            return Err(vendor(path, "starting the scheduler", code));
+            return Err(vendor_error(path, "starting the scheduler", code));
         }
         if let Err(error) = calibrate(hd, handle, path) {
             hd.stop_scheduler();
@@ -133,7 +137,7 @@ impl TouchHaptic {
             schedule,
             capabilities,
             identity,
-            last_turn: 0,
+            last_version: 0,
             motion: Motion::default(),
             counters: LineCounters::default(),
         })
@@ -152,7 +156,7 @@ impl TouchHaptic {
     pub fn bad_frames(&self) -> impl Iterator<Item = (&'static str, u64)> + use<> {
         let counts = self.shared.bad_samples.each_ref();
         let counts = counts.map(|count| u64::from(count.load(Ordering::Relaxed)));
-        Unfit::NAMES.into_iter().zip(counts)
+        BadSample::NAMES.into_iter().zip(counts)
     }
 
     /// True if the device is lost; see [`crate::rig::RigHaptic::is_lost`].
@@ -180,14 +184,14 @@ fn init(hd: &Hd, device: Option<&str>, path: &Path) -> Result<u32, HardwareError
         }
         // A failed call can return a handle that looks good, so the error is read as well.
         if code != ALREADY_INITIATED {
-            return Err(vendor(path, "opening the device", code));
+            return Err(vendor_error(path, "opening the device", code));
         }
         thread::sleep(INIT_INTERVAL);
     }
-    Err(vendor(path, "opening the device", ALREADY_INITIATED))
+    Err(vendor_error(path, "opening the device", ALREADY_INITIATED))
 }
 
-fn vendor(path: &Path, doing: &'static str, code: u16) -> HardwareError {
+fn vendor_error(path: &Path, doing: &'static str, code: u16) -> HardwareError {
     let remedy = match code {
         0x0301 => {
             "another program uses the device: close that program, or unplug the device and plug it in again"
@@ -228,9 +232,8 @@ fn capabilities(hd: &Hd) -> DeviceCapabilities {
     }
 }
 
-/// Refuses limits that no Touch has. Otherwise a device without force would pass for one that
-/// works.
-fn usable(found: &DeviceCapabilities, path: &Path) -> Result<(), HardwareError> {
+/// Refuses limits that no Touch has. Otherwise a device that renders no force would be accepted.
+fn check_limits(found: &DeviceCapabilities, path: &Path) -> Result<(), HardwareError> {
     let more = "more than 0";
     let checks = [
         ("force_max_n", found.force_max_n, f32::MAX, more),
@@ -289,7 +292,7 @@ fn calibrate(hd: &Hd, device: u32, path: &Path) -> Result<(), HardwareError> {
         code = hd.error();
     });
     if code != 0 && !LIMITS.contains(&code) {
-        return Err(vendor(path, "calibrating", code));
+        return Err(vendor_error(path, "calibrating", code));
     }
     if state == name::CALIBRATION_OK {
         return Ok(());
@@ -332,16 +335,16 @@ impl Servo for Shared {
             Err(why) => {
                 let [not_finite, not_rigid] = &self.bad_samples;
                 let count = match why {
-                    Unfit::NotFinite => not_finite,
-                    Unfit::NotRigid => not_rigid,
+                    BadSample::NotFinite => not_finite,
+                    BadSample::NotRigid => not_rigid,
                 };
                 count.fetch_add(1, Ordering::Relaxed);
             }
         }
         match hd.error() {
             0 => {
-                let turns = self.limited_callbacks.load(Ordering::Relaxed);
-                let left = turns.saturating_sub(1);
+                let callbacks = self.limited_callbacks.load(Ordering::Relaxed);
+                let left = callbacks.saturating_sub(1);
                 self.limited_callbacks.store(left, Ordering::Relaxed);
                 running
             }
@@ -383,14 +386,14 @@ impl Shared {
 
 /// Reasons to refuse a sample of the library.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Unfit {
+enum BadSample {
     /// A value is not finite.
     NotFinite,
     /// The pose is not rigid.
     NotRigid,
 }
 
-impl Unfit {
+impl BadSample {
     /// Text for each reason, in the order of the variants. It follows a number.
     const NAMES: [&str; 2] = [
         "in which the library gave a value that is no number (NaN or infinite)",
@@ -403,7 +406,7 @@ fn sample_words(
     transform: &[f64; 16],
     velocity_mm_s: &[f64; 3],
     buttons: i32,
-) -> Result<[u32; 12], Unfit> {
+) -> Result<[u32; 12], BadSample> {
     // Column-major, translation last, mm.
     let [a, b, c, _, d, e, f, _, g, h, i, _, x, y, z, _] = *transform;
     let rotation = Matrix3::new(a, d, g, b, e, h, c, f, i);
@@ -412,11 +415,11 @@ fn sample_words(
         .chain(velocity_mm_s)
         .all(|part| part.is_finite());
     if !finite {
-        return Err(Unfit::NotFinite);
+        return Err(BadSample::NotFinite);
     }
     let off = (rotation * rotation.transpose() - Matrix3::identity()).norm();
     if off > 0.05 || rotation.determinant() < 0.0 {
-        return Err(Unfit::NotRigid);
+        return Err(BadSample::NotRigid);
     }
     let q = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation));
     let [vx, vy, vz] = *velocity_mm_s;
@@ -447,18 +450,18 @@ impl HapticDevice for TouchHaptic {
         if self.is_lost() {
             return Polled::Lost;
         }
-        let Some((turn, words)) = self.shared.sample.read() else {
+        let Some((version, words)) = self.shared.sample.read() else {
             return Polled::Nothing;
         };
-        if turn == self.last_turn {
+        if version == self.last_version {
             return Polled::Nothing;
         }
         // A sample that a newer one replaced before this poll does not count as lost on the line.
-        self.last_turn = turn;
+        self.last_version = version;
         self.counters.frames += 1;
         let [x, y, z, qx, qy, qz, qw, vx, vy, vz, ..] = words.map(f32::from_bits);
-        let (at_m, said_m_s) = (Vec3::new(x, y, z), Vec3::new(vx, vy, vz));
-        let Some(velocity_m_s) = self.motion.take(at_m, said_m_s, now_ns) else {
+        let (at_m, reported_m_s) = (Vec3::new(x, y, z), Vec3::new(vx, vy, vz));
+        let Some(velocity_m_s) = self.motion.take(at_m, reported_m_s, now_ns) else {
             return Polled::Nothing;
         };
         let rotation = Quat::new_unchecked(nalgebra::Quaternion::new(qw, qx, qy, qz));
@@ -509,6 +512,6 @@ impl Drop for TouchHaptic {
         });
         hd.stop_scheduler();
         hd.disable_device(device);
-        DOOR.release();
+        ACCESS.release();
     }
 }

@@ -1,8 +1,8 @@
 //! The part of the HD API that Calot uses: symbols, numbers, and the two callbacks.
 //!
-//! Symbols and numbers as in OpenHaptics 3.4. Every function is C, takes and returns plain numbers
-//! and pointers to arrays of a stated length, and may be called from any thread; frames may be used
-//! only in the scheduler's callbacks.
+//! Symbols and numbers are those of OpenHaptics 3.4. Every function is a C function. It takes and
+//! returns plain numbers and pointers to arrays of a stated length, and any thread may call it.
+//! Frames may be used only in the scheduler's callbacks.
 #![allow(unsafe_code)] // All calls into the vendor's library are here.
 
 use std::ffi::{CStr, CString, c_char, c_int, c_uint, c_ushort, c_void};
@@ -15,10 +15,10 @@ use crate::vendor::{Product, incomplete, refused, symbols};
 
 /// Remedies for a person whose library is refused.
 const PRODUCT: Product = Product {
-    version: "Calot needs OpenHaptics 3.4: install that version (`ldd -r` on the library lists what it lacks)",
-    install: "Install the vendor's driver, or name its library in the station file",
-    again: "Install the vendor's driver again, or name its library in the station file",
-    itself: "Name the library itself, e.g. libHD.so.3.4 beside it",
+    wrong_version: "Calot needs OpenHaptics 3.4: install that version (`ldd -r` on the library lists what it lacks)",
+    missing: "Install the vendor's driver, or name its library in the station file",
+    broken: "Install the vendor's driver again, or name its library in the station file",
+    not_a_library: "Name the library itself, e.g. libHD.so.3.4 beside it",
 };
 
 /// Numbers of parameters, capabilities and answers.

@@ -20,14 +20,14 @@ thread_local! {
 /// Path of the library that was opened last, for the message.
 static OPENED: Mutex<String> = Mutex::new(String::new());
 
-/// Calls `open`, which calls the library. Some libraries end the whole process in this call,
-/// without a message and with an exit code that means something else to the caller of Calot. In
-/// that case the process prints the reason and ends with code 1.
+/// Calls `open`, which calls the library. Some libraries end the whole process in this call. They
+/// print no message, and their exit code means something else to Calot's caller. In that case this
+/// function's exit handler prints the reason and ends the process with code 1.
 pub(super) fn guarded<T>(library: &str, open: impl FnOnce() -> T) -> T {
     static REGISTERED: Once = Once::new();
     // If the list is full, only the message is missing.
     REGISTERED.call_once(|| {
-        let _ = atexit(tell_who_ended);
+        let _ = atexit(report_exit);
     });
     library.clone_into(&mut OPENED.lock().unwrap_or_else(PoisonError::into_inner));
     IN_LIBRARY.set(true);
@@ -36,7 +36,7 @@ pub(super) fn guarded<T>(library: &str, open: impl FnOnce() -> T) -> T {
     opened
 }
 
-extern "C" fn tell_who_ended() {
+extern "C" fn report_exit() {
     // Runs on the thread that ended the process. If no library was being opened on that thread, the
     // process ended as intended.
     if IN_LIBRARY.try_with(Cell::get) != Ok(true) {

@@ -10,7 +10,7 @@ mod opening;
 mod refused;
 mod symbols;
 
-pub(crate) use opening::Door;
+pub(crate) use opening::LibraryAccess;
 pub(crate) use refused::{Product, incomplete, refused};
 pub(crate) use symbols::symbols;
 

@@ -15,15 +15,15 @@ const LIMIT: Duration = Duration::from_secs(10);
 
 /// Access to one vendor's library, which serves one driver at a time.
 #[derive(Debug)]
-pub(crate) struct Door {
+pub(crate) struct LibraryAccess {
     /// Name of the thread that opens a device.
     name: &'static str,
     in_use: AtomicBool,
-    /// True while the library keeps a thread for which nobody waits any more.
+    /// True while a call into the library has not returned although its time limit is over.
     hangs: AtomicBool,
 }
 
-impl Door {
+impl LibraryAccess {
     pub(crate) const fn new(name: &'static str) -> Self {
         Self {
             name,
@@ -38,9 +38,9 @@ impl Door {
         self.in_use.store(false, Ordering::Release);
     }
 
-    /// Notes that the library keeps a thread that should have ended. If that thread ends after all,
-    /// it frees the library.
-    pub(crate) fn hang(&self) {
+    /// Notes that the library blocks a thread that should have ended. If that thread ends after
+    /// all, it frees the library.
+    pub(crate) fn mark_hung(&self) {
         self.hangs.store(true, Ordering::Release);
     }
 

@@ -13,13 +13,13 @@ const ELF_CLASS_32: u8 = 1;
 #[derive(Debug)]
 pub(crate) struct Product {
     /// Remedy if a function is missing.
-    pub(crate) version: &'static str,
+    pub(crate) wrong_version: &'static str,
     /// Remedy if the library is missing.
-    pub(crate) install: &'static str,
+    pub(crate) missing: &'static str,
     /// Remedy if the library is broken.
-    pub(crate) again: &'static str,
+    pub(crate) broken: &'static str,
     /// Remedy if another kind of file has the library's name.
-    pub(crate) itself: &'static str,
+    pub(crate) not_a_library: &'static str,
 }
 
 /// Error of a library that the loader refused with `words`.
@@ -41,13 +41,13 @@ pub(crate) fn incomplete(path: &Path, words: &str, product: &Product) -> Hardwar
     HardwareError::Library {
         path: path.to_path_buf(),
         what,
-        remedy: product.version,
+        remedy: product.wrong_version,
     }
 }
 
 const UNDEFINED: &str = "undefined symbol: ";
-/// Remedy if a library is missing that the vendor's library needs and the vendor's driver does not
-/// bring.
+/// Remedy if the vendor's library needs another library that is missing and does not belong to the
+/// vendor's driver.
 const MISSING: &str =
     "Install the package that holds it (`ldd` on the library lists what is missing)";
 /// Remedy if such a library is of the wrong release.
@@ -83,12 +83,13 @@ fn cause(path: &Path, words: &str, product: &Product) -> (String, &'static str) 
         );
     }
     if words.contains("No such file") {
-        return ("no such library".to_owned(), product.install);
+        return ("no such library".to_owned(), product.missing);
     }
-    (words.to_owned(), product.again)
+    (words.to_owned(), product.broken)
 }
 
-/// Cause and remedy where the loader blames `other`, which the vendor's library needs.
+/// Cause and remedy if the loader's message names `other`, a library that the vendor's library
+/// needs.
 fn dependency(other: &str, words: &str) -> (String, &'static str) {
     let needs = format!("the library needs {other}");
     if let Some(symbol) = after(words, UNDEFINED) {
@@ -135,7 +136,7 @@ fn wrong_kind(path: &Path, product: &Product) -> Option<(String, &'static str)> 
         [0x7F, b'E', b'L', b'F', _] => None,
         _ => Some((
             "not a library but another file, perhaps a script for the linker".to_owned(),
-            product.itself,
+            product.not_a_library,
         )),
     }
 }
@@ -153,10 +154,10 @@ mod tests {
     use super::*;
 
     const PRODUCT: Product = Product {
-        version: "Install version 3.4",
-        install: "Install the vendor's driver",
-        again: "Install it again",
-        itself: "Name the library itself",
+        wrong_version: "Install version 3.4",
+        missing: "Install the vendor's driver",
+        broken: "Install it again",
+        not_a_library: "Name the library itself",
     };
 
     fn said(words: &str) -> String {
@@ -164,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_dependency_is_not_a_missing_driver() {
+    fn a_missing_dependency_is_not_reported_as_a_missing_driver() {
         let error =
             said("libncurses.so.5: cannot open shared object file: No such file or directory");
         assert!(error.contains("needs libncurses.so.5"), "{error}");
@@ -178,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bad_dependency_is_blamed_in_place_of_the_library() {
+    fn an_unusable_dependency_is_named_instead_of_the_library() {
         let libraries = [
             (
                 "/opt/libIO.so.5: undefined symbol: io_open",
@@ -205,9 +206,9 @@ mod tests {
             let error = said(words);
             assert!(error.contains(cause), "{error}");
             for part in [
-                PRODUCT.version,
-                PRODUCT.install,
-                PRODUCT.again,
+                PRODUCT.wrong_version,
+                PRODUCT.missing,
+                PRODUCT.broken,
                 "64-bit driver",
             ] {
                 assert!(!error.contains(part), "{error}");
@@ -216,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn a_function_that_the_library_lacks_is_a_matter_of_its_version() {
+    fn a_missing_function_means_another_version_of_the_library() {
         let path = Path::new("/opt/libHD.so");
         let words = |words: &str| incomplete(path, words, &PRODUCT).to_string();
         let error = words("/opt/libHD.so: undefined symbol: hdUnschedule");
@@ -249,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_of_another_kind_is_told_by_its_first_bytes() {
+    fn a_file_of_another_kind_is_recognised_by_its_first_bytes() {
         let folder = tempfile::tempdir().unwrap();
         for (bytes, cause) in [
             (b"\x7FELF\x01\x01\x01".as_slice(), "32-bit"),

@@ -1,7 +1,7 @@
 //! The table of a library's functions.
 
-/// Declares the table of functions and their look-up. A file that uses this macro must allow
-/// `unsafe`.
+/// Declares a struct of the library's functions and a method that looks them up by their symbols. A
+/// file that uses this macro must allow `unsafe`.
 macro_rules! symbols {
     ($table:ident { $($field:ident = $symbol:literal: fn($($argument:ty),*) $(-> $result:ty)?;)* }) => {
         /// The library's functions.

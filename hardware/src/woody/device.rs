@@ -1,10 +1,10 @@
-//! The firmware's side of the text protocol, for the emulator.
+//! The firmware's side of the text protocol. The emulator uses it.
 
 use super::wire::{Currents, Encoders, MAX_LINE, Model};
 
 /// Time without a command after which the motors are switched off, µs.
 const WATCHDOG_US: u32 = 100_000;
-/// Error code: a byte other than a line end waits behind the command.
+/// Error code: a byte other than a line end follows the command.
 const TRAILING: i32 = 8;
 /// Error code: the buffer is full before a command ends.
 const TOO_LONG: i32 = 128;
@@ -20,16 +20,16 @@ const COMMAS: usize = 2;
 /// Firmware of one Teensy.
 #[derive(Debug, Clone, Default)]
 pub struct Firmware {
-    inbox: Inbox,
+    buffer: CommandBuffer,
     command: Option<(Currents, u32)>,
     /// Encoders at the last good command. An answer with an error repeats them.
     counts: [i32; 6],
 }
 
 impl Firmware {
-    /// Takes the host's bytes that wait now, and answers every command. A good command is answered
-    /// with `counts`. Like the real firmware, it loses a command behind which another one already
-    /// waits.
+    /// Takes the received bytes and answers every command. A good command is answered with
+    /// `counts`. Like the real firmware, it loses a command if the next command has already been
+    /// received.
     pub fn receive(
         &mut self,
         mut waiting: &[u8],
@@ -39,7 +39,7 @@ impl Firmware {
     ) {
         while let Some((&byte, rest)) = waiting.split_first() {
             waiting = rest;
-            let Some(read) = self.inbox.push(byte) else {
+            let Some(read) = self.buffer.push(byte) else {
                 continue;
             };
             let read = read.and_then(|currents| {
@@ -85,8 +85,7 @@ impl Firmware {
     }
 }
 
-/// Skips the end of a line. Another byte that waits behind the command is lost, and so is the
-/// command.
+/// Skips the end of a line. If another byte follows, that byte and the command are lost.
 fn end_of_line(waiting: &mut &[u8]) -> Result<(), i32> {
     while let Some((byte, rest)) = waiting.split_first() {
         *waiting = rest;
@@ -99,16 +98,16 @@ fn end_of_line(waiting: &mut &[u8]) -> Result<(), i32> {
 
 /// Bytes since the last command, at most as many as the firmware's buffer holds.
 #[derive(Debug, Clone)]
-struct Inbox {
+struct CommandBuffer {
     bytes: [u8; MAX_LINE],
     len: usize,
-    /// Position after the last `[`.
+    /// Index after the last `[`.
     start: Option<usize>,
     /// Commas, those before the `[` included.
     commas: usize,
 }
 
-impl Default for Inbox {
+impl Default for CommandBuffer {
     fn default() -> Self {
         Self {
             bytes: [0; MAX_LINE],
@@ -119,7 +118,7 @@ impl Default for Inbox {
     }
 }
 
-impl Inbox {
+impl CommandBuffer {
     /// Takes one byte. At the end of a command it returns the currents, `None` if they are no
     /// numbers, or an error code.
     fn push(&mut self, byte: u8) -> Option<Result<Option<Currents>, i32>> {
@@ -200,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn two_commands_that_wait_are_both_lost() {
+    fn two_waiting_commands_are_both_lost() {
         let mut firmware = Firmware::default();
         assert_eq!(
             say(&mut firmware, b"[1,1,1]\n[2,2,2]\n", 0),
@@ -221,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn too_much_current_becomes_none_and_silence_ends_it() {
+    fn too_large_a_current_becomes_zero_and_silence_ends_the_current() {
         let mut firmware = Firmware::default();
         say(&mut firmware, b"[6000,-6001,5]\n", 0);
         assert_eq!(firmware.currents_ma(100_000), [6000, 0, 5]);

@@ -32,8 +32,7 @@ const SPEED_LIMIT_M_S: f32 = 5.0;
 const NOISE_M: f32 = 0.002;
 /// Time after which the firmware drops the currents when no command comes, ms.
 const WATCHDOG_MS: u16 = 100;
-/// Error codes below this one concern a joint's sensor. From this code on, a command was not
-/// understood.
+/// First error code for a command that was not understood. Lower codes concern a joint's sensor.
 const COMMAND_ERROR: i32 = 8;
 
 /// A WoodenHaptics device. It only answers commands: without [`HapticDevice::send`] there are no
@@ -219,7 +218,8 @@ impl HapticDevice for WoodyHaptic {
                     && position_m.norm() <= reach_m;
                 good.then_some((angles_rad, position_m))
             });
-            // The line has no checksum: a number that lost a digit shows only as a jump.
+            // The line has no checksum. A number that lost a digit can be recognised only as a
+            // jump.
             let sample = sample
                 .filter(|(_, position_m)| self.gate.admit(<[f32; 3]>::from(*position_m), at_ns));
             match sample {

@@ -1,4 +1,4 @@
-//! The linkage. It converts encoder counts to the handle's position, and a force to motor currents.
+//! The linkage: converts encoder counts to the handle's position, and a force to motor currents.
 //!
 //! Body A turns about the vertical; bodies B and C are the two links of a parallelogram. In the
 //! makers' frame (x to the user, y to the right, z up), with angles tA, tB, tC:
@@ -56,8 +56,9 @@ pub struct Mechanism {
 
 impl Mechanism {
     /// The device as published. The continuous force is not published; a fifth of the peak is
-    /// assumed. Damping and delay are not published either. The emulated device's are taken: its
-    /// friction counts as damping for a tremor of 0.2 m/s, and its delay is 1 ms each way.
+    /// assumed. Damping and delay are not published either, so this table has those of the emulated
+    /// device: the equivalent damping of its friction for a tremor of 0.2 m/s, and a delay of 1 ms
+    /// each way.
     pub const WOODY: Self = Self {
         capstan_m: [0.010; 3],
         drum_m: [0.160, 0.120, 0.120],
@@ -140,8 +141,8 @@ impl Mechanism {
         Some(ours(force).cast())
     }
 
-    /// Encoder counts with the handle at `position_m`, base frame. Beyond the reach: the counts of
-    /// the nearest reachable position.
+    /// Encoder counts with the handle at `position_m`, base frame. If that position is out of
+    /// reach, the counts are those of the nearest reachable position.
     #[must_use]
     pub fn counts(&self, position_m: Vec3) -> [i32; 3] {
         let at = makers(position_m.cast()) + Vector3::from(self.origin_m);
@@ -196,7 +197,7 @@ mod tests {
     const WOODY: Mechanism = Mechanism::WOODY;
 
     #[test]
-    fn links_at_home_are_square() {
+    fn links_at_home_are_perpendicular() {
         // tB = 0 and tC = 90°: B stands upright, C points to the user.
         let position = WOODY.position_m(WOODY.angles_rad([0; 3]));
         let expected = Vec3::new(0.0, 0.080 + 0.205 - 0.080, 0.245 - 0.220);
@@ -204,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn currents_are_limited_together() {
+    fn currents_are_limited_in_proportion() {
         let angles = WOODY.angles_rad(WOODY.counts(Vec3::zeros()));
         let force = Vec3::new(40.0, -20.0, 30.0);
         let currents = WOODY.currents_ma(angles, force);
@@ -215,7 +216,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn counts_and_positions_agree(direction in prop::array::uniform3(-1.0..1.0f32),
+        fn encoder_counts_and_positions_agree(direction in prop::array::uniform3(-1.0..1.0f32),
                                       radius_m in 0.0..0.1f32) {
             let direction = Vec3::from(direction);
             prop_assume!(direction.norm() > 0.1);

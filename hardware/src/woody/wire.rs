@@ -190,7 +190,7 @@ pub struct ListReader {
 
 /// A list broke off or was too long, or a `]` came without its `[`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Broken;
+pub struct BadList;
 
 impl Default for ListReader {
     fn default() -> Self {
@@ -203,17 +203,17 @@ impl Default for ListReader {
 
 impl ListReader {
     /// Takes one byte. Returns `Some(Ok)` with the text between the brackets when they close.
-    pub fn push(&mut self, byte: u8) -> Option<Result<&[u8], Broken>> {
+    pub fn push(&mut self, byte: u8) -> Option<Result<&[u8], BadList>> {
         match (byte, self.len) {
             (b'[', before) => {
                 self.len = Some(0);
-                before.map(|_| Err(Broken))
+                before.map(|_| Err(BadList))
             }
             (b']', Some(len)) => {
                 self.len = None;
-                Some(self.bytes.get(..len).ok_or(Broken))
+                Some(self.bytes.get(..len).ok_or(BadList))
             }
-            (b']', None) => Some(Err(Broken)),
+            (b']', None) => Some(Err(BadList)),
             (_, None) => None,
             (_, Some(len)) => match self.bytes.get_mut(len) {
                 Some(slot) => {
@@ -223,7 +223,7 @@ impl ListReader {
                 }
                 None => {
                     self.len = None;
-                    Some(Err(Broken))
+                    Some(Err(BadList))
                 }
             },
         }
@@ -286,19 +286,19 @@ mod tests {
 
     proptest! {
         #[test]
-        fn encoders_come_back(counts in prop::array::uniform6(-COUNT_LIMIT..COUNT_LIMIT)) {
+        fn encoders_are_read_as_sent(counts in prop::array::uniform6(-COUNT_LIMIT..COUNT_LIMIT)) {
             let sent = Encoders { model: Model::Woody, counts, error: 8 };
             prop_assert_eq!(Encoders::parse(&between(sent.line().as_bytes())), Some(sent));
         }
 
         #[test]
-        fn currents_come_back(currents in prop::array::uniform3(-6000..=6000)) {
+        fn currents_are_read_as_sent(currents in prop::array::uniform3(-6000..=6000)) {
             let sent = Currents(currents);
             prop_assert_eq!(Currents::parse(&between(sent.line().as_bytes())), Some(sent));
         }
 
         #[test]
-        fn arbitrary_text_does_no_harm(bytes in prop::collection::vec(
+        fn arbitrary_text_is_harmless(bytes in prop::collection::vec(
             prop::sample::select(b"[],-0123456789\nx".to_vec()), 0..1000)) {
             let mut reader = ListReader::default();
             for byte in bytes {

@@ -49,7 +49,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(96) })]
 
     #[test]
-    fn station_keeps_to_its_clamp_on_any_bytes(
+    fn a_station_keeps_its_force_limit_on_any_bytes(
         device in 0u8..3,
         pieces in prop::collection::vec((said(), any::<u8>(), 0usize..64, any::<bool>()), 0..24),
     ) {
@@ -64,7 +64,7 @@ proptest! {
     }
 
     #[test]
-    fn wholly_random_bytes_too(bytes in prop::collection::vec(any::<u8>(), 0..600)) {
+    fn a_station_keeps_its_force_limit_on_random_bytes(bytes in prop::collection::vec(any::<u8>(), 0..600)) {
         body::run(&bytes);
     }
 }

@@ -40,7 +40,7 @@ fn fails_in(mistake: Mistake, checks: &[&str], words: &str) {
     let mut options = moving();
     let mut reports = String::new();
     for _ in 0..TRIES {
-        let emulator = Emulator::mistaken(mistake);
+        let emulator = Emulator::with_mistake(mistake);
         let report = haptic(&emulator.lines.haptic, &mut options);
         assert!(!report.passed(), "{mistake:?}: {report}");
         let failed = report.names(CheckOutcome::Fail);
@@ -80,7 +80,7 @@ fn the_emulated_devices_pass() {
 }
 
 #[test]
-fn a_pulled_plug_is_noticed() {
+fn an_unplugged_device_is_noticed() {
     let path = |emulator: &Emulator| emulator.lines.haptic.clone();
     let mut emulator = Some(Emulator::start());
     let path = path(emulator.as_ref().unwrap());
@@ -103,7 +103,7 @@ fn a_device_behind_a_bad_cable_fails() {
         lost: 0.002,
         ..Faults::default()
     };
-    let emulator = Emulator::with(LineFaults {
+    let emulator = Emulator::with_faults(LineFaults {
         haptic: bad,
         ..LineFaults::default()
     });
@@ -118,7 +118,7 @@ fn a_device_behind_a_bad_cable_fails() {
 }
 
 #[test]
-fn a_missing_device_is_a_report_too() {
+fn a_missing_device_gives_a_report_too() {
     let report = tracker("/dev/there-is-no-such-device".as_ref(), &mut shortly());
     assert!(!report.passed());
     assert!(report.to_string().contains("no such device"), "{report}");
@@ -126,14 +126,14 @@ fn a_missing_device_is_a_report_too() {
 
 #[test]
 fn the_emulated_woody_passes() {
-    let emulator = Emulator::of(HapticModel::Woody, LineFaults::default());
+    let emulator = Emulator::with_model(HapticModel::Woody, LineFaults::default());
     let report = once_good(|| woody(&emulator.lines.haptic, &mut shortly()));
     print!("{report}");
 }
 
 #[test]
 fn the_emulated_handle_that_opens_passes() {
-    let emulator = Emulator::of(HapticModel::HandleRig, LineFaults::default());
+    let emulator = Emulator::with_model(HapticModel::HandleRig, LineFaults::default());
     let report = once_good(|| hardware::conformance::haptic(&emulator.lines.haptic, &mut moving()));
     let said = &report.check("opening").expect("judged").detail;
     assert!(
@@ -146,7 +146,7 @@ fn the_emulated_handle_that_opens_passes() {
 fn the_emulated_hapi_passes() {
     // A board that a busy machine lost needs a power cycle, so take another one.
     let report = once_good(|| {
-        let emulator = Emulator::of(HapticModel::Hapi, LineFaults::default());
+        let emulator = Emulator::with_model(HapticModel::Hapi, LineFaults::default());
         hapi(&emulator.lines.haptic, Pantograph::GEN3, &mut shortly())
     });
     print!("{report}");
@@ -162,7 +162,7 @@ fn a_watchdog_that_is_missing_fails() {
 }
 
 #[test]
-fn a_watchdog_that_works_now_and_then_fails() {
+fn a_watchdog_that_works_only_sometimes_fails() {
     fails_in(Mistake::WatchdogFlaky, &["watchdog"], "at the latest");
 }
 
@@ -181,7 +181,7 @@ fn a_clock_in_milliseconds_fails() {
 }
 
 #[test]
-fn a_clock_that_stands_fails() {
+fn a_clock_that_has_stopped_fails() {
     fails_in(Mistake::ClockZero, &["consistent"], "found: ");
 }
 
@@ -191,7 +191,7 @@ fn a_clock_that_is_fast_fails() {
 }
 
 #[test]
-fn a_velocity_left_zero_fails() {
+fn a_velocity_that_is_always_zero_fails() {
     fails_in(Mistake::VelocityZero, &["velocity"], "leaves it zero");
 }
 
@@ -210,7 +210,7 @@ fn a_velocity_with_the_wrong_sign_fails() {
 }
 
 #[test]
-fn a_status_that_follows_the_force_fails() {
+fn a_force_bit_that_is_clear_at_zero_force_fails() {
     fails_in(Mistake::StatusNonzero, &["watchdog"], "even a zero one");
 }
 
@@ -293,7 +293,7 @@ fn a_latency_timer_is_named_with_its_length() {
     };
     let start = Instant::now();
     loop {
-        let emulator = Emulator::with(LineFaults {
+        let emulator = Emulator::with_faults(LineFaults {
             haptic: batches,
             ..LineFaults::default()
         });

@@ -11,7 +11,7 @@ use rt_core::fault::Fault;
 use rt_core::math::Vec3;
 use rt_core::port::{Buttons, DeviceSample, ForceCommand, HapticDevice, Polled};
 
-use crate::fake_dhd::{ACTIVE_GRIPPER, DOOMED, FALCON, Fake, LEFT, OMEGA_7, Of, SIGMA_7};
+use crate::fake_dhd::{ACTIVE_GRIPPER, DOOMED, Entry, FALCON, Fake, LEFT, OMEGA_7, SIGMA_7};
 use crate::support::{PATIENCE, build_library, poll_for};
 
 fn opens(opening_n: f32) -> ForceCommand {
@@ -64,7 +64,7 @@ fn is_close(a: [f64; 7], b: [f64; 7]) -> bool {
 }
 
 #[test]
-fn a_push_to_the_right_is_right_both_in_and_out() {
+fn positions_and_forces_to_the_right_are_converted_both_ways() {
     let fake = Fake::new(OMEGA_7);
     // The library: x to the user, y right, z up.
     for (theirs, ours) in [
@@ -72,8 +72,8 @@ fn a_push_to_the_right_is_right_both_in_and_out() {
         ([0.0, 0.0, 1.0], Vec3::y()),
         ([1.0, 0.0, 0.0], Vec3::z()),
     ] {
-        fake.set3(Of::Position, theirs.map(|x| x * 0.05));
-        fake.set3(Of::Velocity, theirs.map(|x| x * 0.3));
+        fake.set3(Entry::Position, theirs.map(|x| x * 0.05));
+        fake.set3(Entry::Velocity, theirs.map(|x| x * 0.3));
         let mut device = fake.open().unwrap();
         let seen = sample(&mut device, |_| true);
         let at = seen.device_from_handle.translation.vector;
@@ -89,9 +89,9 @@ fn a_push_to_the_right_is_right_both_in_and_out() {
 }
 
 #[test]
-fn a_turn_about_the_librarys_up_is_one_about_ours() {
+fn a_rotation_about_the_librarys_vertical_is_one_about_calots() {
     let fake = Fake::new(OMEGA_7);
-    fake.set(Of::Turned, 1.0);
+    fake.set(Entry::Turned, 1.0);
     let mut device = fake.open().unwrap();
     let rotation = sample(&mut device, |_| true).device_from_handle.rotation;
     assert!((rotation * Vec3::y() - Vec3::y()).norm() < 1e-5);
@@ -101,7 +101,7 @@ fn a_turn_about_the_librarys_up_is_one_about_ours() {
 }
 
 #[test]
-fn torque_goes_to_a_wrist_with_motors_only_and_is_limited() {
+fn only_a_wrist_with_motors_gets_a_torque_and_it_is_limited() {
     for (model, is_rendered) in [(SIGMA_7, true), (OMEGA_7, false)] {
         let fake = Fake::new(model);
         let mut device = fake.open().unwrap();
@@ -123,7 +123,7 @@ fn torque_goes_to_a_wrist_with_motors_only_and_is_limited() {
 }
 
 #[test]
-fn a_gripper_is_read_forced_and_pressed_like_a_button() {
+fn a_gripper_is_read_gets_a_force_and_counts_as_a_button() {
     let fake = Fake::new(OMEGA_7);
     let mut device = fake.open().unwrap();
     let opening = device.capabilities().opening;
@@ -131,14 +131,14 @@ fn a_gripper_is_read_forced_and_pressed_like_a_button() {
     sample(&mut device, |sample| sample.opening == Some(1.0));
     let grasps = |sample: &DeviceSample| sample.buttons.contains(Buttons::GRASP);
     assert!(!grasps(&sample(&mut device, |_| true)));
-    fake.set(Of::Angle, 3.0);
+    fake.set(Entry::Angle, 3.0);
     let opening = sample(&mut device, grasps).opening.unwrap();
     assert!((opening - 0.1).abs() < 1e-6, "{opening}");
     // Between the two limits the button stays as it is.
-    fake.set(Of::Angle, 9.0);
+    fake.set(Entry::Angle, 9.0);
     sample(&mut device, |sample| sample.opening > Some(0.2));
     assert!(grasps(&sample(&mut device, |_| true)));
-    fake.set(Of::Angle, 15.0);
+    fake.set(Entry::Angle, 15.0);
     sample(&mut device, |sample| !grasps(sample));
     // The gripper opens against the fingers, and never with more force than its motor has.
     for (opening_n, rendered) in [(2.5, 2.5), (-99.0, -8.0), (f32::NAN, 0.0)] {
@@ -146,7 +146,7 @@ fn a_gripper_is_read_forced_and_pressed_like_a_button() {
             (fake.rendered()[6] - rendered).abs() < 1e-9
         });
     }
-    fake.set(Of::Angle, f64::NAN);
+    fake.set(Entry::Angle, f64::NAN);
     sample(&mut device, |sample| sample.opening.is_none());
 }
 
@@ -154,7 +154,7 @@ fn a_gripper_is_read_forced_and_pressed_like_a_button() {
 fn a_left_hand_s_gripper_opens_the_other_way() {
     let (model, parts) = OMEGA_7;
     let fake = Fake::new((model, parts | LEFT));
-    fake.set(Of::Angle, -15.0);
+    fake.set(Entry::Angle, -15.0);
     let mut device = fake.open().unwrap();
     sample(&mut device, |sample| sample.opening == Some(0.5));
     until(&mut device, Some(opens(1.0)), |_, _| {
@@ -183,7 +183,7 @@ fn a_falcon_has_three_directions_and_four_buttons() {
     let mut device = fake.open().unwrap();
     let freedom = device.freedom();
     assert_eq!((freedom.measured, freedom.rendered), (3, 3));
-    fake.set(Of::Buttons, 10.0);
+    fake.set(Entry::Buttons, 10.0);
     let seen = sample(&mut device, |sample| sample.buttons != Buttons(0));
     assert_eq!(seen.buttons, Buttons(10));
     assert!(seen.device_from_handle.rotation.angle() < 1e-6);
@@ -191,12 +191,12 @@ fn a_falcon_has_three_directions_and_four_buttons() {
     assert!(!device.capabilities().opening.is_measured());
     assert_eq!(device.identity().name, "fake.7 10432");
     // The library reports an error instead of the buttons.
-    fake.set(Of::Buttons, f64::from(u32::MAX));
+    fake.set(Entry::Buttons, f64::from(u32::MAX));
     sample(&mut device, |sample| sample.buttons == Buttons(0));
 }
 
 #[test]
-fn each_model_has_its_figures_and_an_unknown_one_weak_ones() {
+fn each_model_has_its_figures_and_an_unknown_model_has_low_ones() {
     for (number, force_max_n) in [(33, 12.0), (60, 8.0), (63, 20.0), (104, 20.0), (109, 12.0)] {
         let fake = Fake::new((number, 0));
         let found = fake.open().unwrap().capabilities();
@@ -209,7 +209,7 @@ fn each_model_has_its_figures_and_an_unknown_one_weak_ones() {
 }
 
 #[test]
-fn a_hung_host_loses_the_force_and_closing_takes_it_at_once() {
+fn a_hanging_host_loses_the_force_and_closing_ends_it_at_once() {
     let fake = Fake::new(SIGMA_7);
     let mut device = fake.open().unwrap();
     let strong = push(Vec3::x());
@@ -218,12 +218,12 @@ fn a_hung_host_loses_the_force_and_closing_takes_it_at_once() {
     until(&mut device, Some(strong), |_, _| fake.force_n() > 0.9);
     drop(device);
     assert!(fake.rendered().iter().all(|part| part.abs() < 1e-9));
-    assert!(fake.get(Of::Stops) > 0.0, "the motors brake");
-    assert!(fake.get(Of::Closes) > 0.0, "the device is closed");
+    assert!(fake.get(Entry::Stops) > 0.0, "the motors brake");
+    assert!(fake.get(Entry::Closes) > 0.0, "the device is closed");
 }
 
 #[test]
-fn numbers_that_are_none_are_neither_rendered_nor_sampled() {
+fn values_that_are_not_numbers_are_neither_rendered_nor_sampled() {
     let fake = Fake::new(SIGMA_7);
     let mut device = fake.open().unwrap();
     poll_for(Duration::from_millis(100), |now_ns| {
@@ -232,7 +232,7 @@ fn numbers_that_are_none_are_neither_rendered_nor_sampled() {
         assert!(force_n < 1e-9, "{force_n}");
         true
     });
-    fake.set3(Of::Position, [f64::NAN; 3]);
+    fake.set3(Entry::Position, [f64::NAN; 3]);
     until(&mut device, None, |device, _| {
         device.counters().bad_frames > 20
     });
@@ -242,22 +242,22 @@ fn numbers_that_are_none_are_neither_rendered_nor_sampled() {
         assert_eq!(device.poll(now_ns), Polled::Nothing);
         true
     });
-    fake.set3(Of::Position, [0.0; 3]);
+    fake.set3(Entry::Position, [0.0; 3]);
     sample(&mut device, |_| true);
 }
 
 #[test]
 fn a_velocity_that_the_library_lacks_is_left_to_the_tick() {
     let fake = Fake::new(FALCON);
-    fake.set(Of::NoVelocity, 1.0);
+    fake.set(Entry::NoVelocity, 1.0);
     let mut device = fake.open().unwrap();
     assert_eq!(sample(&mut device, |_| true).velocity_m_s, None);
-    fake.set(Of::NoVelocity, 0.0);
+    fake.set(Entry::NoVelocity, 0.0);
     sample(&mut device, |sample| sample.velocity_m_s.is_some());
 }
 
 #[test]
-fn a_leap_is_held_back_told_and_believed_when_it_lasts() {
+fn a_jump_is_dropped_and_a_lasting_one_is_accepted_and_reported() {
     let fake = Fake::new(OMEGA_7);
     let mut device = fake.open().unwrap();
     let first = sample(&mut device, |_| true);
@@ -267,7 +267,7 @@ fn a_leap_is_held_back_told_and_believed_when_it_lasts() {
     // again.
     let start = Instant::now();
     for right_m in [0.08, 0.0].into_iter().cycle() {
-        fake.set3(Of::Position, [0.0, right_m, 0.0]);
+        fake.set3(Entry::Position, [0.0, right_m, 0.0]);
         let (mut is_told, mut leapt) = (false, false);
         until(&mut device, None, |device, polled| {
             let findings = device.findings();
@@ -291,7 +291,7 @@ fn a_leap_is_held_back_told_and_believed_when_it_lasts() {
 }
 
 #[test]
-fn a_device_whose_own_button_took_the_force_is_told_and_gets_it_back_slowly() {
+fn a_device_whose_own_button_ended_the_force_is_reported_and_gets_it_back_slowly() {
     let fake = Fake::new(OMEGA_7);
     let mut device = fake.open().unwrap();
     let strong = push(Vec3::new(4.0, 0.0, 0.0));
@@ -301,15 +301,15 @@ fn a_device_whose_own_button_took_the_force_is_told_and_gets_it_back_slowly() {
     // old.
     let start = Instant::now();
     loop {
-        fake.set(Of::ForceMode, 0.0);
+        fake.set(Entry::ForceMode, 0.0);
         until(&mut device, Some(strong), |device, _| {
             is_deaf(device) && fake.force_n() < 1e-9
         });
-        fake.set(Of::Step, 0.0);
-        fake.set(Of::ForceMode, 1.0);
+        fake.set(Entry::Step, 0.0);
+        fake.set(Entry::ForceMode, 1.0);
         until(&mut device, Some(strong), |_, _| fake.force_n() > 3.9);
         assert!(!is_deaf(&device));
-        let step_n = fake.get(Of::Step);
+        let step_n = fake.get(Entry::Step);
         if step_n < 0.1 {
             return;
         }
@@ -322,14 +322,14 @@ fn an_unplugged_device_is_lost_and_opens_again() {
     let fake = Fake::new(SIGMA_7);
     let mut device = fake.open().unwrap();
     sample(&mut device, |_| true);
-    fake.set(Of::ReadError, 2.0);
+    fake.set(Entry::ReadError, 2.0);
     until(&mut device, Some(push(Vec3::x())), |_, polled| {
         polled == Polled::Lost
     });
     assert!(device.is_lost() && device.counters().bad_frames > 1);
     until(&mut device, None, |_, polled| polled == Polled::Lost);
     assert!(fake.force_n() < 1e-9);
-    fake.set(Of::ReadError, 0.0);
+    fake.set(Entry::ReadError, 0.0);
     // The old driver may live on while the new one opens.
     let mut again = fake.open_once_free();
     drop(device);
@@ -342,7 +342,7 @@ fn a_force_that_the_library_refuses_is_counted() {
     let fake = Fake::new(OMEGA_7);
     let mut device = fake.open().unwrap();
     assert_eq!(device.counters().dropped_writes, 0);
-    fake.set(Of::ForceError, 2.0);
+    fake.set(Entry::ForceError, 2.0);
     until(&mut device, Some(push(Vec3::x())), |device, _| {
         device.counters().dropped_writes > 3
     });
@@ -357,12 +357,12 @@ fn a_force_that_the_library_refuses_is_counted() {
 #[test]
 fn a_device_that_cannot_be_opened_says_why() {
     let fake = Fake::new(OMEGA_7);
-    fake.set(Of::Count, 0.0);
+    fake.set(Entry::Count, 0.0);
     let error = fake.open().unwrap_err();
     assert!(matches!(error, HardwareError::NoForceDevice { .. }));
     let words = error.to_string();
     assert!(words.contains("ATTR{idVendor}==\"1451\""), "{words}");
-    fake.set(Of::Count, 2.0);
+    fake.set(Entry::Count, 2.0);
     for (code, words) in [
         (
             20,
@@ -372,11 +372,11 @@ fn a_device_that_cannot_be_opened_says_why() {
         (12, "calibrate it"),
         (1, "dhdc.h"),
     ] {
-        fake.set(Of::OpenError, f64::from(code));
+        fake.set(Entry::OpenError, f64::from(code));
         let error = fake.open().unwrap_err().to_string();
         assert!(error.contains(words), "{error}");
     }
-    fake.set(Of::OpenError, 0.0);
+    fake.set(Entry::OpenError, 0.0);
     let error = DhdHaptic::open(&fake.path, Some(7))
         .unwrap_err()
         .to_string();
@@ -391,8 +391,8 @@ fn a_device_that_cannot_be_opened_says_why() {
 fn a_device_that_is_not_calibrated_is_refused_with_what_to_do() {
     let fake = Fake::new(SIGMA_7);
     for (what, value, words) in [
-        (Of::Reset, 1.0, "end stops"),
-        (Of::WristReady, 0.0, "HapticInit"),
+        (Entry::Reset, 1.0, "end stops"),
+        (Entry::WristReady, 0.0, "HapticInit"),
     ] {
         let before = fake.get(what);
         fake.set(what, value);
@@ -403,13 +403,13 @@ fn a_device_that_is_not_calibrated_is_refused_with_what_to_do() {
         );
         assert!(error.to_string().contains(words), "{error}");
         fake.set(what, before);
-        assert!(fake.get(Of::Closes) > 0.0, "a refused device is closed");
+        assert!(fake.get(Entry::Closes) > 0.0, "a refused device is closed");
     }
     assert!(fake.open().is_ok());
     // A wrist without motors needs no initialisation.
     drop(fake);
     let fake = Fake::new(OMEGA_7);
-    fake.set(Of::WristReady, 0.0);
+    fake.set(Entry::WristReady, 0.0);
     assert!(fake.open().is_ok());
 }
 
@@ -438,22 +438,22 @@ fn a_missing_or_old_library_is_named_with_the_sdk() {
 #[test]
 fn a_library_that_hangs_is_named_and_used_again_once_it_returns() {
     let fake = Fake::new(OMEGA_7);
-    fake.set(Of::Hangs, 1.0);
+    fake.set(Entry::Hangs, 1.0);
     for _ in 0..2 {
         let error = fake.open().unwrap_err();
         assert!(matches!(error, HardwareError::Hangs { .. }), "{error}");
         assert!(error.to_string().contains("libdhd.so"), "{error}");
     }
-    fake.set(Of::Hangs, 0.0);
+    fake.set(Entry::Hangs, 0.0);
     fake.open_once_free();
 }
 
 #[test]
-fn a_library_that_hangs_later_holds_up_neither_tick_nor_end() {
+fn a_library_that_hangs_later_delays_neither_the_tick_nor_the_end() {
     let fake = Fake::new(OMEGA_7);
     let mut device = fake.open().unwrap();
     sample(&mut device, |_| true);
-    fake.set(Of::Hangs, 1.0);
+    fake.set(Entry::Hangs, 1.0);
     let start = Instant::now();
     poll_for(Duration::from_millis(100), |now_ns| {
         device.send(push(Vec3::x()), now_ns);
@@ -464,7 +464,7 @@ fn a_library_that_hangs_later_holds_up_neither_tick_nor_end() {
     assert!(start.elapsed() < PATIENCE);
     let error = fake.open().unwrap_err();
     assert!(matches!(error, HardwareError::Hangs { .. }), "{error}");
-    fake.set(Of::Hangs, 0.0);
+    fake.set(Entry::Hangs, 0.0);
     fake.open_once_free();
 }
 
@@ -472,7 +472,7 @@ fn a_library_that_hangs_later_holds_up_neither_tick_nor_end() {
 fn a_library_that_ends_the_program_is_named() {
     if std::env::var_os(DOOMED).is_some() {
         let fake = Fake::new(OMEGA_7);
-        fake.set(Of::Exits, 1.0);
+        fake.set(Entry::Exits, 1.0);
         let _ = fake.open();
         unreachable!("the library ended the process");
     }
@@ -497,7 +497,7 @@ fn a_library_that_ends_the_program_is_named() {
 #[test]
 fn a_station_file_opens_it_with_its_limits() {
     let fake = Fake::new(SIGMA_7);
-    fake.set(Of::Noisy, 1.0);
+    fake.set(Entry::Noisy, 1.0);
     let text = format!(
         "[haptic]\ndriver = \"force-dimension\"\npath = {:?}\ndevice = \"10432\"\nforce_max_n = 1.5\n",
         fake.path
@@ -521,13 +521,13 @@ fn the_suite_passes_and_notices_a_broken_line() {
     let fake = Fake::new(OMEGA_7);
     let start = Instant::now();
     loop {
-        let mut unplug = || fake.set(Of::ReadError, 2.0);
+        let mut unplug = || fake.set(Entry::ReadError, 2.0);
         let mut options = Options {
             watch: Duration::from_secs(1),
             unplug: Some(&mut unplug),
         };
         let report = hardware::conformance::force_dimension(&fake.path, None, &mut options);
-        fake.set(Of::ReadError, 0.0);
+        fake.set(Entry::ReadError, 0.0);
         if report.passed() {
             for name in ["unplug", "opening", "consistent"] {
                 let outcome = report.check(name).map(|check| check.outcome);

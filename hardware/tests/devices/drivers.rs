@@ -23,7 +23,7 @@ const NO_FORCE: ForceCommand = ForceCommand {
 };
 
 #[test]
-fn the_haptic_device_answers_streams_and_works_through_its_script() {
+fn the_haptic_device_answers_streams_and_follows_its_script() {
     let emulator = Emulator::start();
     let mut device = RigHaptic::open(&emulator.lines.haptic).unwrap();
     let capabilities = device.capabilities();
@@ -60,15 +60,15 @@ fn the_haptic_device_answers_streams_and_works_through_its_script() {
 fn a_force_pushes_the_hand_back() {
     let emulator = Emulator::start();
     pushes_back(|| RigHaptic::open(&emulator.lines.haptic));
-    let emulator = Emulator::of(HapticModel::Woody, LineFaults::default());
+    let emulator = Emulator::with_model(HapticModel::Woody, LineFaults::default());
     pushes_back(|| WoodyHaptic::open(&emulator.lines.haptic));
-    let emulator = Emulator::of(HapticModel::Hapi, LineFaults::default());
+    let emulator = Emulator::with_model(HapticModel::Hapi, LineFaults::default());
     pushes_back(|| HapiHaptic::open(&emulator.lines.haptic, Pantograph::GEN3));
 }
 
 #[test]
 fn the_emulated_woody_answers_wrong_commands_as_the_firmware_does() {
-    let emulator = Emulator::of(HapticModel::Woody, LineFaults::default());
+    let emulator = Emulator::with_model(HapticModel::Woody, LineFaults::default());
     let path = &emulator.lines.haptic;
     let mut line = File::options().read(true).write(true).open(path).unwrap();
     let mut answers = BufReader::new(line.try_clone().unwrap());
@@ -135,7 +135,7 @@ fn pushes_back<D: HapticDevice>(open: impl Fn() -> Result<D, HardwareError>) {
 }
 
 #[test]
-fn a_silent_controller_loses_the_force_and_may_come_back() {
+fn a_silent_controller_loses_the_force_and_may_continue() {
     let emulator = Emulator::start();
     let mut device = RigHaptic::open(&emulator.lines.haptic).unwrap();
     let push = ForceCommand {
@@ -221,7 +221,7 @@ fn an_unplugged_line_is_lost_and_a_new_driver_finds_it_again() {
         back_after_s: Some(0.3),
         ..Faults::default()
     };
-    let emulator = Emulator::with(LineFaults {
+    let emulator = Emulator::with_faults(LineFaults {
         haptic: hang_up,
         ..LineFaults::default()
     });
@@ -253,7 +253,7 @@ fn an_unplugged_line_is_lost_and_a_new_driver_finds_it_again() {
 }
 
 #[test]
-fn a_second_controller_is_told_who_holds_the_line() {
+fn a_second_controller_is_told_the_process_that_holds_the_line() {
     let emulator = Emulator::start();
     let _first = RigHaptic::open(&emulator.lines.haptic).unwrap();
     let error = RigHaptic::open(&emulator.lines.haptic).unwrap_err();
@@ -289,7 +289,7 @@ fn the_wrong_line_is_named() {
 }
 
 #[test]
-fn paths_that_are_no_devices_say_so() {
+fn paths_that_are_no_devices_are_refused_as_such() {
     let directory = tempfile::tempdir().unwrap();
     let missing = RigHaptic::open(&directory.path().join("nothing")).unwrap_err();
     assert!(
@@ -303,7 +303,7 @@ fn paths_that_are_no_devices_say_so() {
 }
 
 #[test]
-fn the_links_go_when_the_emulator_ends() {
+fn the_links_are_removed_when_the_emulator_ends() {
     let emulator = Emulator::start();
     let lines = emulator.lines.clone();
     assert!(lines.haptic.exists());
@@ -330,7 +330,7 @@ fn a_noisy_line_still_gives_good_samples_and_counts_the_bad_ones() {
         babble: 0.05,
         ..Faults::default()
     };
-    let emulator = Emulator::with(LineFaults {
+    let emulator = Emulator::with_faults(LineFaults {
         haptic: noisy,
         // A bird's answers have no checksum, so its line must be silent between them.
         tracker: Faults {
@@ -370,12 +370,12 @@ fn a_noisy_line_still_gives_good_samples_and_counts_the_bad_ones() {
 }
 
 #[test]
-fn a_stuck_line_gives_nothing_new() {
+fn a_stuck_line_gives_no_new_sample() {
     let stuck = Faults {
         stuck_from_s: Some(0.5),
         ..Faults::default()
     };
-    let emulator = Emulator::with(LineFaults {
+    let emulator = Emulator::with_faults(LineFaults {
         haptic: stuck,
         ..LineFaults::default()
     });
@@ -399,7 +399,7 @@ fn a_pedal_that_falls_silent_reads_as_released() {
         stuck_from_s: Some(3.9),
         ..Faults::default()
     };
-    let emulator = Emulator::with(LineFaults {
+    let emulator = Emulator::with_faults(LineFaults {
         pedal: stuck,
         ..LineFaults::default()
     });

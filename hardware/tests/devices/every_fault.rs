@@ -141,7 +141,7 @@ fn under_every_fault<D: HapticDevice>(
         torque_nm: Vec3::zeros(),
     };
     for (name, faults) in faults() {
-        let emulator = Emulator::of(
+        let emulator = Emulator::with_model(
             model,
             LineFaults {
                 haptic: faults,
@@ -177,7 +177,11 @@ fn under_every_fault<D: HapticDevice>(
         // last known position of the handle, which is slightly wrong while samples are missing or
         // damage looks like a movement.
         let seen = emulator.seen();
-        assert!(seen.strain <= 1.001, "{name}: {} of the most", seen.strain);
+        assert!(
+            seen.motor_load <= 1.001,
+            "{name}: {} of the most",
+            seen.motor_load
+        );
         assert!(
             seen.strongest_n > 0.1 || is_refused,
             "{name}: the force does arrive"
@@ -192,18 +196,18 @@ fn under_every_fault<D: HapticDevice>(
 }
 
 #[test]
-fn the_rig() {
+fn the_rig_survives_every_fault() {
     under_every_fault(HapticModel::TouchRig, 0.2001, RigHaptic::open);
 }
 
 #[test]
-fn the_rig_deafened() {
+fn the_rig_survives_damage_on_the_way_to_the_device() {
     // These frames have a checksum, so damage on the way to the device makes no force.
     let faults = Faults {
         corrupted_to_device: 0.02,
         ..Faults::default()
     };
-    let emulator = Emulator::with(LineFaults {
+    let emulator = Emulator::with_faults(LineFaults {
         haptic: faults,
         ..LineFaults::default()
     });
@@ -243,7 +247,7 @@ fn hapi() {
 #[test]
 fn the_tracker() {
     for (name, faults) in faults() {
-        let emulator = Emulator::with(LineFaults {
+        let emulator = Emulator::with_faults(LineFaults {
             tracker: faults,
             ..LineFaults::default()
         });
@@ -276,7 +280,7 @@ fn the_tracker() {
 #[test]
 fn the_pedal() {
     for (name, faults) in faults() {
-        let emulator = Emulator::with(LineFaults {
+        let emulator = Emulator::with_faults(LineFaults {
             pedal: faults,
             ..LineFaults::default()
         });
@@ -309,7 +313,7 @@ fn the_wrong_device_is_refused_and_gets_no_force() {
     std::thread::scope(|scope| {
         for model in models {
             scope.spawn(move || {
-                let emulator = Emulator::of(model, LineFaults::default());
+                let emulator = Emulator::with_model(model, LineFaults::default());
                 let line = &emulator.lines.haptic;
                 if model != HapticModel::TouchRig {
                     assert!(RigHaptic::open(line).is_err(), "{model:?}");

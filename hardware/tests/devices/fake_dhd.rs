@@ -11,9 +11,9 @@ use libloading::Library;
 
 use crate::support::{PATIENCE, build_library};
 
-/// Numbers by which the fake library keeps the device's state.
+/// Indices of the device's state in the fake library.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Of {
+pub(crate) enum Entry {
     Position = 0,
     Velocity = 3,
     Angle = 6,
@@ -40,15 +40,15 @@ pub(crate) enum Of {
     Step = 32,
 }
 
-/// Bit of `Of::Parts`: the device is for the left hand.
+/// Bit of `Entry::Parts`: the device is for the left hand.
 pub(crate) const LEFT: u32 = 1;
-/// Bit of `Of::Parts`: the device has a wrist.
+/// Bit of `Entry::Parts`: the device has a wrist.
 pub(crate) const WRIST: u32 = 2;
-/// Bit of `Of::Parts`: the wrist has motors.
+/// Bit of `Entry::Parts`: the wrist has motors.
 pub(crate) const ACTIVE_WRIST: u32 = 4;
-/// Bit of `Of::Parts`: the device has a gripper.
+/// Bit of `Entry::Parts`: the device has a gripper.
 pub(crate) const GRIPPER: u32 = 8;
-/// Bit of `Of::Parts`: the gripper has a motor.
+/// Bit of `Entry::Parts`: the gripper has a motor.
 pub(crate) const ACTIVE_GRIPPER: u32 = 16;
 
 /// A Falcon: number of the model, and its parts.
@@ -99,11 +99,11 @@ impl Fake {
             _alone: alone,
         };
         (0..40).for_each(|number| (fake.set)(number, 0.0));
-        fake.set(Of::Model, f64::from(model));
-        fake.set(Of::Parts, f64::from(parts));
-        fake.set(Of::Count, 1.0);
-        fake.set(Of::WristReady, 1.0);
-        fake.set(Of::Angle, 30.0);
+        fake.set(Entry::Model, f64::from(model));
+        fake.set(Entry::Parts, f64::from(parts));
+        fake.set(Entry::Count, 1.0);
+        fake.set(Entry::WristReady, 1.0);
+        fake.set(Entry::Angle, 30.0);
         fake
     }
 
@@ -111,24 +111,24 @@ impl Fake {
         DhdHaptic::open(&self.path, None)
     }
 
-    pub(crate) fn set(&self, what: Of, value: f64) {
+    pub(crate) fn set(&self, what: Entry, value: f64) {
         (self.set)(what as u32, value);
     }
 
     /// Sets three numbers: x, y and z in the library's axes.
-    pub(crate) fn set3(&self, what: Of, values: [f64; 3]) {
+    pub(crate) fn set3(&self, what: Entry, values: [f64; 3]) {
         for (at, value) in (what as u32..).zip(values) {
             (self.set)(at, value);
         }
     }
 
-    pub(crate) fn get(&self, what: Of) -> f64 {
+    pub(crate) fn get(&self, what: Entry) -> f64 {
         (self.get)(what as u32)
     }
 
     /// Force, torque and the gripper's force at the motors, in the library's axes.
     pub(crate) fn rendered(&self) -> [f64; 7] {
-        let mut at = Of::Force as u32..;
+        let mut at = Entry::Force as u32..;
         [(); 7].map(|()| (self.get)(at.next().expect("endless")))
     }
 

@@ -2,7 +2,7 @@
 //! its reason.
 
 use hardware::conformance::CheckOutcome;
-use hardware::emulate::{Grip, HapticModel, Mistake, Played};
+use hardware::emulate::{Grip, HapticModel, Mistake, SimulatedDevice};
 use hardware::feel::{Answer, Direction, Felt, Guide, Left, Squeezed, Step, feel};
 use rt_core::math::Vec3;
 
@@ -18,7 +18,7 @@ const NOTICED_N: f32 = 0.05;
 
 /// A person who does each step and answers what she feels.
 struct Person<'a> {
-    played: &'a Played,
+    simulated: &'a SimulatedDevice,
     at_m: Vec3,
     goal_m: Vec3,
     told_ms: u32,
@@ -36,9 +36,9 @@ struct Person<'a> {
 }
 
 impl<'a> Person<'a> {
-    fn at(played: &'a Played) -> Self {
+    fn at(simulated: &'a SimulatedDevice) -> Self {
         Self {
-            played,
+            simulated,
             at_m: Vec3::zeros(),
             goal_m: Vec3::zeros(),
             told_ms: 0,
@@ -62,8 +62,8 @@ impl Guide for Person<'_> {
             Step::Move { direction, way_m } => {
                 self.goal_m = self.at_m + direction.vector() * *way_m;
             }
-            Step::Shut => self.played.squeeze(true),
-            Step::Open | Step::HoldFingers => self.played.squeeze(false),
+            Step::Shut => self.simulated.squeeze(true),
+            Step::Open | Step::HoldFingers => self.simulated.squeeze(false),
             Step::PushFingers { .. } => self.squeezed_n = 0.0,
             Step::Hold | Step::HoldFirmly | Step::HoldForSilence | Step::Scale => {
                 self.goal_m = Vec3::zeros();
@@ -117,12 +117,12 @@ impl Guide for Person<'_> {
         if step_m > 0.0 {
             self.at_m += way_m.normalize() * step_m;
         }
-        let force_n = self.played.move_on(self.at_m);
+        let force_n = self.simulated.advance(self.at_m);
         self.now_n = force_n;
         if force_n.norm() > self.strongest_n.norm() {
             self.strongest_n = force_n;
         }
-        let opening_n = self.played.opening_n();
+        let opening_n = self.simulated.opening_n();
         if opening_n.abs() > self.squeezed_n.abs() {
             self.squeezed_n = opening_n;
         }
@@ -131,7 +131,7 @@ impl Guide for Person<'_> {
         }
         self.told_ms += 1;
         self.ms += 1;
-        self.played.now_ns()
+        self.simulated.now_ns()
     }
 
     fn is_stopped(&self) -> bool {
@@ -144,12 +144,13 @@ fn felt(mistake: Option<Mistake>, seed: u64) -> Felt {
 }
 
 fn felt_of(model: HapticModel, mistake: Option<Mistake>, seed: u64) -> Felt {
-    let (mut device, played) = Played::open_held(model, mistake, LOOSE).expect("a rig");
-    let mut person = Person::at(&played);
+    let (mut device, simulated) =
+        SimulatedDevice::open_rig_as(model, mistake, LOOSE).expect("a rig");
+    let mut person = Person::at(&simulated);
     let felt = feel(&mut *device, &mut person, seed);
-    let left_n = played.move_on(Vec3::zeros()).norm();
+    let left_n = simulated.advance(Vec3::zeros()).norm();
     assert!(left_n < 1e-3, "{left_n} N are left");
-    assert!(played.opening_n().abs() < 1e-3, "the fingers are free");
+    assert!(simulated.opening_n().abs() < 1e-3, "the fingers are free");
     felt
 }
 
@@ -177,7 +178,7 @@ fn a_good_handle_that_opens_passes_in_any_order() {
 }
 
 #[test]
-fn an_opening_that_runs_the_wrong_way_fails() {
+fn an_inverted_opening_fails() {
     let mistake = Mistake::OpeningReversed;
     fails_of(
         HapticModel::HandleRig,
@@ -219,10 +220,10 @@ fn fails_of(model: HapticModel, mistake: Mistake, check: &str, words: &str) {
 }
 
 #[test]
-fn a_stopped_test_says_so_and_leaves_no_force() {
+fn a_stopped_test_is_reported_and_leaves_no_force() {
     for stops_ms in [100, 5000, 9000, 14_000] {
-        let (mut device, played) = Played::open_rig(None, LOOSE).expect("a rig");
-        let mut person = Person::at(&played);
+        let (mut device, simulated) = SimulatedDevice::open_rig(None, LOOSE).expect("a rig");
+        let mut person = Person::at(&simulated);
         person.stops_ms = Some(stops_ms);
         let felt = feel(&mut *device, &mut person, 1);
         assert!(!felt.report.passed());
@@ -231,7 +232,7 @@ fn a_stopped_test_says_so_and_leaves_no_force() {
             "{}",
             felt.report
         );
-        assert!(played.move_on(Vec3::zeros()).norm() < 1e-3);
+        assert!(simulated.advance(Vec3::zeros()).norm() < 1e-3);
     }
 }
 
@@ -264,7 +265,7 @@ fn a_mirrored_axis_fails() {
 }
 
 #[test]
-fn a_velocity_left_zero_fails() {
+fn a_velocity_that_is_always_zero_fails() {
     fails(Mistake::VelocityZero, "velocity", "leaves it zero");
 }
 
@@ -293,7 +294,7 @@ fn a_force_with_exchanged_axes_fails() {
 }
 
 #[test]
-fn half_of_the_force_fails() {
+fn half_the_force_fails() {
     fails(Mistake::ForceWeak, "scale", "0.25 N on the scale");
 }
 
@@ -318,7 +319,7 @@ fn a_large_force_with_the_wrong_sign_fails() {
 }
 
 #[test]
-fn a_watchdog_that_leaves_the_motors_their_force_fails() {
+fn a_watchdog_that_does_not_end_the_motors_force_fails() {
     fails(
         Mistake::WatchdogInStatusOnly,
         "silence",
@@ -327,9 +328,10 @@ fn a_watchdog_that_leaves_the_motors_their_force_fails() {
 }
 
 #[test]
-fn a_device_without_a_known_watchdog_is_not_left_alone() {
-    let (mut device, played) = Played::open_held(HapticModel::Hapi, None, LOOSE).expect("a board");
-    let mut person = Person::at(&played);
+fn a_device_without_a_known_watchdog_gets_no_silence_test() {
+    let (mut device, simulated) =
+        SimulatedDevice::open_rig_as(HapticModel::Hapi, None, LOOSE).expect("a board");
+    let mut person = Person::at(&simulated);
     let felt = feel(&mut *device, &mut person, 1);
     if let Some(check) = felt.report.check("silence") {
         assert_eq!(check.outcome, CheckOutcome::Skipped, "{}", felt.report);
@@ -347,14 +349,14 @@ fn a_device_that_stands_in_one_place_fails() {
 }
 
 #[test]
-fn a_clock_that_stands_fails() {
+fn a_clock_that_has_stopped_fails() {
     fails(Mistake::ClockZero, "end", "at fault (frozen_device)");
 }
 
 #[test]
-fn without_a_scale_nothing_presses_on_one() {
-    let (mut device, played) = Played::open_rig(None, LOOSE).expect("a rig");
-    let mut person = Person::at(&played);
+fn without_a_scale_no_force_is_tested_on_one() {
+    let (mut device, simulated) = SimulatedDevice::open_rig(None, LOOSE).expect("a rig");
+    let mut person = Person::at(&simulated);
     person.has_scale = false;
     let felt = feel(&mut *device, &mut person, 1);
     assert!(felt.report.passed(), "{}", felt.report);
@@ -364,13 +366,13 @@ fn without_a_scale_nothing_presses_on_one() {
 }
 
 #[test]
-fn a_handle_that_nobody_holds_runs_off_and_is_let_go() {
+fn a_handle_that_nobody_holds_runs_away_and_gets_no_more_force() {
     let free = Grip {
         stiffness_n_m: 0.0,
         damping_n_s_m: 0.0,
     };
-    let (mut device, played) = Played::open_rig(None, free).expect("a rig");
-    let mut person = Person::at(&played);
+    let (mut device, simulated) = SimulatedDevice::open_rig(None, free).expect("a rig");
+    let mut person = Person::at(&simulated);
     let felt = feel(&mut *device, &mut person, 1);
     let end = felt.report.check("end").map(|it| it.detail.clone());
     assert!(
@@ -378,5 +380,5 @@ fn a_handle_that_nobody_holds_runs_off_and_is_let_go() {
         "{}",
         felt.report
     );
-    assert!(played.move_on(Vec3::zeros()).norm() < 1e-3);
+    assert!(simulated.advance(Vec3::zeros()).norm() < 1e-3);
 }

@@ -1,5 +1,5 @@
-//! Tests with a hAPI board that the test plays: the torques of its motors when hosts come, go and
-//! are cut off.
+//! Tests with an emulated hAPI board: the torques of its motors when hosts come, go and are cut
+//! off.
 
 use std::fs::File;
 use std::io::{Read, Write};
@@ -28,7 +28,7 @@ const PATIENCE: Duration = Duration::from_secs(20);
 
 /// A board behind a pty. The handle is held at home until the board is set up, then at the test's
 /// position, at first the middle.
-struct Played {
+struct EmulatedBoard {
     path: PathBuf,
     board: Arc<Mutex<Board>>,
     handle_m: Arc<Mutex<Vec3>>,
@@ -37,7 +37,7 @@ struct Played {
     thread: Option<JoinHandle<()>>,
 }
 
-impl Played {
+impl EmulatedBoard {
     fn start() -> Self {
         let (path, master) = pty();
         rustix::fs::fcntl_setfl(master.as_fd(), OFlags::NONBLOCK).expect("a pty");
@@ -47,7 +47,7 @@ impl Played {
         let thread = std::thread::spawn({
             let (board, deaf, end) = (Arc::clone(&board), Arc::clone(&deaf), Arc::clone(&end));
             let handle_m = Arc::clone(&handle_m);
-            move || play(File::from(master), &board, &handle_m, &deaf, &end)
+            move || emulate(File::from(master), &board, &handle_m, &deaf, &end)
         });
         Self {
             path,
@@ -65,7 +65,7 @@ impl Played {
 
     /// Pushes until the motors are on. Opens the board anew if a busy machine lost the board.
     fn push(&self, device: &mut Option<HapiHaptic>) -> bool {
-        self.becomes(true, |now_ns| {
+        self.motors_become(true, |now_ns| {
             let pushed = device.as_mut().is_some_and(|device| {
                 device.send(push(2.0), now_ns);
                 device.poll(now_ns) != Polled::Lost
@@ -78,13 +78,13 @@ impl Played {
     }
 
     /// Moves the handle elsewhere.
-    fn carry(&self, handle_m: Vec3) {
+    fn move_handle(&self, handle_m: Vec3) {
         *self.handle_m.lock().expect("no test panics with it") = handle_m;
     }
 
     /// Waits until the device reports this position. Opens the device anew if a busy machine lost
     /// it.
-    fn comes_to(&self, device: HapiHaptic, wanted_m: Vec3) -> bool {
+    fn reaches(&self, device: HapiHaptic, wanted_m: Vec3) -> bool {
         let mut device = Some(device);
         let mut is_there = false;
         poll_for(PATIENCE, |now_ns| {
@@ -118,18 +118,18 @@ impl Played {
     }
 
     /// Waits until the motors are on or off, as `on` states. Returns true if that happens in time.
-    fn becomes(&self, on: bool, mut meanwhile: impl FnMut(u64)) -> bool {
-        let mut so = false;
+    fn motors_become(&self, on: bool, mut meanwhile: impl FnMut(u64)) -> bool {
+        let mut is_so = false;
         poll_for(PATIENCE, |now_ns| {
             meanwhile(now_ns);
-            so = (self.torque_nm() > 1e-6) == on;
-            !so
+            is_so = (self.torque_nm() > 1e-6) == on;
+            !is_so
         });
-        so
+        is_so
     }
 }
 
-impl Drop for Played {
+impl Drop for EmulatedBoard {
     fn drop(&mut self) {
         self.end.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
@@ -138,7 +138,7 @@ impl Drop for Played {
     }
 }
 
-fn play(
+fn emulate(
     mut line: File,
     board: &Mutex<Board>,
     handle_m: &Mutex<Vec3>,
@@ -150,7 +150,7 @@ fn play(
     while !end.load(Ordering::Relaxed) {
         // Reading fails while nobody has the line open.
         let count = line.read(&mut bytes).unwrap_or(0);
-        let said = if deaf.load(Ordering::Relaxed) {
+        let received = if deaf.load(Ordering::Relaxed) {
             0
         } else {
             count
@@ -163,7 +163,7 @@ fn play(
                 LINKAGE.home_deg
             });
             let angles = [first, second, 0.0, 0.0];
-            board.receive(&bytes[..said], angles, now_us, |answer| {
+            board.receive(&bytes[..received], angles, now_us, |answer| {
                 let _ = line.write_all(answer);
             });
         }
@@ -180,37 +180,40 @@ fn push(newtons: f32) -> ForceCommand {
 }
 
 /// Leaves a torque behind, as another host would.
-fn leave_torque(path: &Path, played: &Played, commands: &[&[u8]]) {
+fn leave_torque(path: &Path, emulated: &EmulatedBoard, commands: &[&[u8]]) {
     let mut host = File::options().write(true).open(path).expect("the line");
     for command in commands {
         host.write_all(command).expect("the line takes it");
     }
-    assert!(played.becomes(true, |_| {}), "the board holds a torque");
+    assert!(
+        emulated.motors_become(true, |_| {}),
+        "the board holds a torque"
+    );
 }
 
 #[test]
-fn the_force_is_rendered_and_gone_when_the_driver_goes() {
-    let played = Played::start();
+fn the_force_is_rendered_and_ends_with_the_driver() {
+    let emulated = EmulatedBoard::start();
     let mut device = None;
-    assert!(played.push(&mut device));
+    assert!(emulated.push(&mut device));
     let expected = LINKAGE
         .torques_nm(LINKAGE.angles_deg(Vec3::zeros()), Vec3::new(2.0, 0.0, 0.0))
         .unwrap();
     let most = expected[0].abs().max(expected[1].abs());
     // Waits until the driver admits the step from home to the middle.
-    let mut so = false;
+    let mut is_so = false;
     poll_for(PATIENCE, |_| {
-        assert!(played.push(&mut device));
-        so = (played.torque_nm() - most).abs() <= 0.01 * most;
-        !so
+        assert!(emulated.push(&mut device));
+        is_so = (emulated.torque_nm() - most).abs() <= 0.01 * most;
+        !is_so
     });
-    assert!(so, "{} N m", played.torque_nm());
+    assert!(is_so, "{} N m", emulated.torque_nm());
     drop(device);
-    assert!(played.becomes(false, |_| {}));
+    assert!(emulated.motors_become(false, |_| {}));
 }
 
 #[test]
-fn leftovers_of_another_host_are_taken_away_first() {
+fn state_of_an_earlier_host_is_cleared_first() {
     // An earlier set-up by Calot, one by another program, and a broken command.
     let ours = set_up(&LINKAGE.ports(LINKAGE.home_deg));
     let strong = torques([0.1, -0.1]);
@@ -221,15 +224,15 @@ fn leftovers_of_another_host_are_taken_away_first() {
         vec![&theirs[..], &their_torque],
         vec![&ours[..], &strong, &strong[..7]],
     ] {
-        let played = Played::start();
+        let emulated = EmulatedBoard::start();
         // The line is held open, because without any host the pty loses its settings.
-        let _line = hold(&played.path);
-        leave_torque(&played.path, &played, &commands);
-        let mut device = Some(played.open());
-        assert!(played.torque_nm() < 1e-6, "{commands:?}");
+        let _line = hold(&emulated.path);
+        leave_torque(&emulated.path, &emulated, &commands);
+        let mut device = Some(emulated.open());
+        assert!(emulated.torque_nm() < 1e-6, "{commands:?}");
         let mut fresh = false;
         poll_for(PATIENCE, |now_ns| {
-            let mut open_device = device.take().unwrap_or_else(|| played.open());
+            let mut open_device = device.take().unwrap_or_else(|| emulated.open());
             open_device.send(push(0.0), now_ns);
             let polled = open_device.poll(now_ns);
             fresh = matches!(polled, Polled::Fresh(_));
@@ -271,49 +274,49 @@ fn lose(device: &mut HapiHaptic) {
 }
 
 #[test]
-fn board_that_lost_its_place_has_no_torque_until_it_is_at_home() {
-    let played = Played::start();
+fn a_board_that_lost_its_angles_has_no_torque_until_it_is_at_home() {
+    let emulated = EmulatedBoard::start();
     let mut device = None;
-    assert!(played.push(&mut device));
+    assert!(emulated.push(&mut device));
     let mut device = device.expect("it pushes");
     // Some bytes never arrive. Then the board reads on in the middle of a command. Its set-up is
     // lost and its torque stays.
-    played.deaf.store(true, Ordering::Relaxed);
-    played
+    emulated.deaf.store(true, Ordering::Relaxed);
+    emulated
         .board()
         .receive(&[2, 0, 0, 0, 0], [0.0; 4], 0, |_| {});
     lose(&mut device);
-    played.carry(ELSEWHERE_M);
-    played.deaf.store(false, Ordering::Relaxed);
+    emulated.move_handle(ELSEWHERE_M);
+    emulated.deaf.store(false, Ordering::Relaxed);
     drop(device);
-    assert!(played.becomes(false, |_| {}));
+    assert!(emulated.motors_become(false, |_| {}));
     for open in [HapiHaptic::reopen, HapiHaptic::open] {
-        let error = open(&played.path, LINKAGE).unwrap_err();
+        let error = open(&emulated.path, LINKAGE).unwrap_err();
         assert!(
             matches!(error, HardwareError::Calibration { .. }),
             "{error}"
         );
     }
     // Power cycle with the handle at home.
-    *played.board() = Board::default();
+    *emulated.board() = Board::default();
     assert!(
-        played.comes_to(played.open(), ELSEWHERE_M),
+        emulated.reaches(emulated.open(), ELSEWHERE_M),
         "after a start at home the device knows the handle's position"
     );
 }
 
 #[test]
-fn a_board_that_answers_with_its_name_alone_is_lost() {
-    let played = Played::start();
+fn a_board_that_answers_only_its_name_is_lost() {
+    let emulated = EmulatedBoard::start();
     let mut device = None;
-    assert!(played.push(&mut device));
+    assert!(emulated.push(&mut device));
     let mut device = device.expect("it pushes");
     // One byte of a command is lost: the rest resets the board, and its torque stays.
-    played.board().receive(&[0, 0], [0.0; 4], 0, |_| {});
+    emulated.board().receive(&[0, 0], [0.0; 4], 0, |_| {});
     lose(&mut device);
     drop(device);
-    assert!(played.becomes(false, |_| {}));
-    let error = HapiHaptic::reopen(&played.path, LINKAGE).unwrap_err();
+    assert!(emulated.motors_become(false, |_| {}));
+    let error = HapiHaptic::reopen(&emulated.path, LINKAGE).unwrap_err();
     assert!(
         matches!(error, HardwareError::Calibration { .. }),
         "{error}"
@@ -321,26 +324,26 @@ fn a_board_that_answers_with_its_name_alone_is_lost() {
 }
 
 #[test]
-fn a_board_that_was_only_slow_keeps_its_place() {
-    let played = Played::start();
+fn a_board_that_was_only_slow_keeps_its_angles() {
+    let emulated = EmulatedBoard::start();
     let mut device = None;
-    assert!(played.push(&mut device));
+    assert!(emulated.push(&mut device));
     let mut device = device.expect("it pushes");
-    played.deaf.store(true, Ordering::Relaxed);
+    emulated.deaf.store(true, Ordering::Relaxed);
     lose(&mut device);
-    played.carry(ELSEWHERE_M);
-    played.deaf.store(false, Ordering::Relaxed);
+    emulated.move_handle(ELSEWHERE_M);
+    emulated.deaf.store(false, Ordering::Relaxed);
     drop(device);
-    assert!(played.becomes(false, |_| {}));
-    let again = persist(|| HapiHaptic::reopen(&played.path, LINKAGE));
-    assert!(played.comes_to(again, ELSEWHERE_M));
+    assert!(emulated.motors_become(false, |_| {}));
+    let again = persist(|| HapiHaptic::reopen(&emulated.path, LINKAGE));
+    assert!(emulated.reaches(again, ELSEWHERE_M));
 }
 
 #[test]
-fn board_that_lost_its_place_is_not_given_one() {
+fn a_board_that_lost_its_angles_is_not_given_new_ones() {
     // The board lost its power, and nobody holds the handle at home.
-    let played = Played::start();
-    let error = HapiHaptic::reopen(&played.path, LINKAGE).unwrap_err();
+    let emulated = EmulatedBoard::start();
+    let error = HapiHaptic::reopen(&emulated.path, LINKAGE).unwrap_err();
     assert!(
         matches!(error, HardwareError::Calibration { .. }),
         "{error}"
@@ -348,19 +351,19 @@ fn board_that_lost_its_place_is_not_given_one() {
 }
 
 #[test]
-fn force_that_is_no_number_is_rendered_as_nothing() {
-    let played = Played::start();
-    let mut device = played.open();
+fn a_force_that_is_not_a_number_is_rendered_as_zero() {
+    let emulated = EmulatedBoard::start();
+    let mut device = emulated.open();
     poll_for(Duration::from_millis(100), |now_ns| {
         device.poll(now_ns);
         device.send(push(f32::NAN), now_ns);
-        assert!(played.torque_nm() < 1e-9);
+        assert!(emulated.torque_nm() < 1e-9);
         true
     });
 }
 
 #[test]
-fn another_device_is_no_board() {
+fn another_device_is_refused() {
     let (path, master) = pty();
     let chatter = std::thread::spawn(move || {
         let mut line = File::from(master);

@@ -17,8 +17,8 @@ use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 
 use crate::support::{PATIENCE, now_ns, poll_for};
 
-/// The device's end of a line, played by the test.
-struct Played {
+/// The device's end of a line, which the test operates.
+struct EmulatedRig {
     line: File,
     device: Device,
 }
@@ -32,10 +32,10 @@ pub(crate) fn pty() -> (PathBuf, OwnedFd) {
     (PathBuf::from(name.to_str().expect("ASCII")), master)
 }
 
-/// Opens a driver on a device that the test plays.
-fn greeted() -> (RigHaptic, Played) {
+/// Opens a driver on a rig that the test emulates.
+fn open_emulated() -> (RigHaptic, EmulatedRig) {
     let (path, master) = pty();
-    let player = std::thread::spawn(move || {
+    let thread = std::thread::spawn(move || {
         let mut line = File::from(master);
         let mut device = Device::new(Capabilities::touch_class());
         let mut bytes = [0; 256];
@@ -45,12 +45,12 @@ fn greeted() -> (RigHaptic, Played) {
             device.receive(&bytes[..count], 0);
             if let Some(answer) = device.answer() {
                 line.write_all(answer.as_bytes()).expect("an open line");
-                return Played { line, device };
+                return EmulatedRig { line, device };
             }
         }
     });
-    let driver = RigHaptic::open(&path).expect("a greeted device");
-    (driver, player.join().expect("it plays"))
+    let driver = RigHaptic::open(&path).expect("a open_emulated device");
+    (driver, thread.join().expect("it answers"))
 }
 
 /// Bytes that a hostile device may send.
@@ -72,8 +72,8 @@ fn anything() -> impl Strategy<Value = Vec<u8>> {
 }
 
 #[test]
-fn samples_are_sane_on_any_bytes_and_the_next_good_one_is_found() {
-    let line = RefCell::new(greeted());
+fn samples_are_in_range_on_any_bytes_and_the_next_good_one_is_found() {
+    let line = RefCell::new(open_emulated());
     let clock_us = std::cell::Cell::new(0);
     let mut runner = TestRunner::new(ProptestConfig {
         failure_persistence: None,
@@ -81,9 +81,9 @@ fn samples_are_sane_on_any_bytes_and_the_next_good_one_is_found() {
     });
     runner
         .run(&prop::collection::vec(anything(), 0..8), |chunks| {
-            let (driver, played) = &mut *line.borrow_mut();
+            let (driver, rig) = &mut *line.borrow_mut();
             for chunk in chunks {
-                played.line.write_all(&chunk).unwrap();
+                rig.line.write_all(&chunk).unwrap();
                 let mut polls = 0;
                 loop {
                     match driver.poll(now_ns()) {
@@ -105,17 +105,17 @@ fn samples_are_sane_on_any_bytes_and_the_next_good_one_is_found() {
             }
             // A zero ends any incomplete frame. Then good samples follow, as many as the driver
             // needs to trust clock and position again after hostile samples.
-            played.line.write_all(&[0]).unwrap();
+            rig.line.write_all(&[0]).unwrap();
             for ms in 0..40 {
-                let good = played.device.state(&Motion::default(), ms * 1000).unwrap();
-                played.line.write_all(good.as_bytes()).unwrap();
+                let good = rig.device.state(&Motion::default(), ms * 1000).unwrap();
+                rig.line.write_all(good.as_bytes()).unwrap();
             }
             let mut found = false;
             poll_for(PATIENCE, |now_ns| {
                 clock_us.set(clock_us.get() + 1000);
                 let motion = Motion::default();
-                let good = played.device.state(&motion, clock_us.get()).unwrap();
-                played.line.write_all(good.as_bytes()).unwrap();
+                let good = rig.device.state(&motion, clock_us.get()).unwrap();
+                rig.line.write_all(good.as_bytes()).unwrap();
                 found = matches!(driver.poll(now_ns), Polled::Fresh(_));
                 !found
             });
@@ -127,21 +127,21 @@ fn samples_are_sane_on_any_bytes_and_the_next_good_one_is_found() {
 
 #[test]
 fn next_good_sample_after_a_flood_is_found() {
-    let (mut driver, mut played) = greeted();
+    let (mut driver, mut rig) = open_emulated();
     let before = driver.counters();
     // This is more than the reading thread keeps, and more than one poll reads.
     for _ in 0..50 {
-        played.line.write_all(&[0x55; 4000]).unwrap();
+        rig.line.write_all(&[0x55; 4000]).unwrap();
         driver.poll(now_ns());
     }
-    let mut clock_ns = 0;
+    let mut clock_us = 0;
     let mut is_found = false;
     poll_for(PATIENCE, |now_ns| {
         // A frame written during the backlog may be discarded with it.
-        clock_ns += 1_000_000;
-        let good = played.device.state(&Motion::default(), clock_ns).unwrap();
-        played.line.write_all(&[0]).unwrap();
-        played.line.write_all(good.as_bytes()).unwrap();
+        clock_us += 1_000_000;
+        let good = rig.device.state(&Motion::default(), clock_us).unwrap();
+        rig.line.write_all(&[0]).unwrap();
+        rig.line.write_all(good.as_bytes()).unwrap();
         is_found = matches!(driver.poll(now_ns), Polled::Fresh(_));
         !is_found
     });

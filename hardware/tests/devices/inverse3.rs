@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use hardware::HardwareError;
 use hardware::conformance::{Options, inverse3};
-use hardware::emulate::{EmulatedInverse3, Misbehaviour};
+use hardware::emulate::{EmulatedInverse3, ServiceFault};
 use hardware::inverse3::Inverse3Haptic;
 use rt_core::math::Vec3;
 use rt_core::port::{DeviceSample, ForceCommand, HapticDevice, Polled};
@@ -55,7 +55,7 @@ fn until(
 }
 
 #[test]
-fn the_handle_is_seen_and_pushed_within_the_limit() {
+fn the_handle_is_read_and_its_force_is_limited() {
     let service = EmulatedInverse3::start().unwrap();
     let mut device = open(&service);
     let mut strongest = 0.0f32;
@@ -74,7 +74,7 @@ fn the_handle_is_seen_and_pushed_within_the_limit() {
 }
 
 #[test]
-fn a_host_that_hangs_or_goes_leaves_no_force() {
+fn a_host_that_hangs_or_ends_leaves_no_force() {
     let service = EmulatedInverse3::start().unwrap();
     let mut device = open(&service);
     let felt = |device: &mut Inverse3Haptic| {
@@ -99,28 +99,28 @@ fn a_host_that_hangs_or_goes_leaves_no_force() {
 }
 
 #[test]
-fn samples_are_sane_whatever_the_service_does_and_it_comes_back() {
+fn samples_are_in_range_whatever_the_service_does_and_the_connection_recovers() {
     for how in [
-        Misbehaviour::Garbage,
-        Misbehaviour::Boundless,
-        Misbehaviour::Stuck,
-        Misbehaviour::Silent,
-        Misbehaviour::HangUp,
-        Misbehaviour::Drip,
+        ServiceFault::Garbage,
+        ServiceFault::Boundless,
+        ServiceFault::Stuck,
+        ServiceFault::Silent,
+        ServiceFault::HangUp,
+        ServiceFault::Drip,
     ] {
         let service = EmulatedInverse3::start().unwrap();
         let mut device = open(&service);
         let fresh = |polled| matches!(polled, Polled::Fresh(_));
         assert!(until(&service, &mut device, Some(push(f32::NAN)), fresh));
         assert!(service.force_n().norm() < 1e-6, "NaN is no force");
-        service.misbehave(how);
+        service.set_fault(how);
         let lost = matches!(
             how,
-            Misbehaviour::Silent | Misbehaviour::HangUp | Misbehaviour::Drip
+            ServiceFault::Silent | ServiceFault::HangUp | ServiceFault::Drip
         );
-        let bad = matches!(how, Misbehaviour::Garbage | Misbehaviour::Boundless);
+        let bad = matches!(how, ServiceFault::Garbage | ServiceFault::Boundless);
         let mut shown = false;
-        let limit = if how == Misbehaviour::Stuck {
+        let limit = if how == ServiceFault::Stuck {
             Duration::from_millis(300)
         } else {
             PATIENCE
@@ -145,9 +145,9 @@ fn samples_are_sane_whatever_the_service_does_and_it_comes_back() {
             shown |= bad && device.counters().bad_frames > 3;
             !shown
         });
-        assert!(shown || how == Misbehaviour::Stuck, "{how:?}");
+        assert!(shown || how == ServiceFault::Stuck, "{how:?}");
         assert!(service.force_n().norm() <= 5.001);
-        service.misbehave(Misbehaviour::None);
+        service.set_fault(ServiceFault::None);
         assert!(
             until(&service, &mut device, Some(push(0.0)), fresh),
             "{how:?}"
@@ -156,10 +156,10 @@ fn samples_are_sane_whatever_the_service_does_and_it_comes_back() {
 }
 
 #[test]
-fn newest_state_of_a_service_that_says_too_much_is_used() {
+fn the_newest_state_of_a_service_that_sends_too_much_is_used() {
     let service = EmulatedInverse3::start().unwrap();
     let mut device = open(&service);
-    service.misbehave(Misbehaviour::Flood);
+    service.set_fault(ServiceFault::Flood);
     let mut samples = 0;
     assert!(until(&service, &mut device, Some(push(0.0)), |polled| {
         samples += u32::from(matches!(polled, Polled::Fresh(_)));
@@ -167,7 +167,7 @@ fn newest_state_of_a_service_that_says_too_much_is_used() {
     }));
     let counters = device.counters();
     // The service falls silent. From now on only samples that still wait can come.
-    service.misbehave(Misbehaviour::Silent);
+    service.set_fault(ServiceFault::Silent);
     let (mut left, mut lost) = (0, false);
     poll_for(PATIENCE, |now_ns| {
         match device.poll(now_ns) {
@@ -183,7 +183,7 @@ fn newest_state_of_a_service_that_says_too_much_is_used() {
 }
 
 #[test]
-fn address_without_a_service_is_refused_as_such() {
+fn an_address_without_a_service_is_refused_as_such() {
     let error = Inverse3Haptic::open(Path::new("127.0.0.1:1"), None).unwrap_err();
     assert!(
         error.to_string().contains("haply-inverse-service"),

@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use hardware::HardwareError;
 use hardware::bird::{BirdSetup, BirdTracker};
-use hardware::emulate::{EmulatedInverse3, Faults, HapticModel, LineFaults, Misbehaviour};
+use hardware::emulate::{EmulatedInverse3, Faults, HapticModel, LineFaults, ServiceFault};
 use hardware::hapi::{HapiHaptic, pantograph::Pantograph};
 use hardware::inverse3::Inverse3Haptic;
 use hardware::rig::{RigHaptic, RigPedal};
@@ -16,7 +16,7 @@ use hardware::woody::WoodyHaptic;
 use rt_core::math::Vec3;
 use rt_core::port::{ForceCommand, HapticDevice, Pedal, Polled, Tracker};
 
-use crate::fake_dhd::{Fake, Of, SIGMA_7};
+use crate::fake_dhd::{Entry, Fake, SIGMA_7};
 use crate::support::{Emulator, PATIENCE, persist, poll_for};
 
 /// The system's allocator, which counts the calls of a thread while the thread is armed.
@@ -66,7 +66,7 @@ fn the_counter_counts() {
 }
 
 #[test]
-fn polls_and_sends_do_not_allocate_even_on_a_noisy_line_that_hangs_up() {
+fn polls_and_sends_do_not_allocate_even_on_a_noisy_line_that_is_unplugged() {
     // A tracker needs a quiet line for its answers.
     let hang_up = Faults {
         hang_up_at_s: Some(9.0),
@@ -77,7 +77,7 @@ fn polls_and_sends_do_not_allocate_even_on_a_noisy_line_that_hangs_up() {
         babble: 0.1,
         ..hang_up
     };
-    let emulator = Emulator::with(LineFaults {
+    let emulator = Emulator::with_faults(LineFaults {
         haptic: noisy,
         tracker: hang_up,
         pedal: noisy,
@@ -156,7 +156,7 @@ fn on_a_noisy_line<D: HapticDevice>(
     };
     let start = Instant::now();
     loop {
-        let emulator = Emulator::of(model, noisy);
+        let emulator = Emulator::with_model(model, noisy);
         let device = open(&emulator.lines.haptic).ok();
         if device.is_some_and(|mut device| until_lost(&mut device, |_| {}) > 10) {
             return;
@@ -166,7 +166,7 @@ fn on_a_noisy_line<D: HapticDevice>(
 }
 
 #[test]
-fn nor_do_the_other_haptic_devices() {
+fn the_other_haptic_devices_do_not_allocate() {
     on_a_noisy_line(HapticModel::Woody, WoodyHaptic::open);
     on_a_noisy_line(HapticModel::Hapi, |path| {
         HapiHaptic::open(path, Pantograph::GEN3)
@@ -178,7 +178,7 @@ fn nor_do_the_other_haptic_devices() {
         let mut device = persist(|| Inverse3Haptic::open(address.as_ref(), None));
         let hang_up = |samples| {
             if samples > 100 {
-                service.misbehave(Misbehaviour::HangUp);
+                service.set_fault(ServiceFault::HangUp);
             }
         };
         if until_lost(&mut device, hang_up) > 10 {
@@ -189,12 +189,12 @@ fn nor_do_the_other_haptic_devices() {
 }
 
 #[test]
-fn nor_does_a_device_behind_libdhd() {
+fn a_device_of_libdhd_does_not_allocate() {
     let fake = Fake::new(SIGMA_7);
     let mut device = persist(|| fake.open());
     let unplug = |samples| {
         if samples > 100 {
-            fake.set(Of::ReadError, 2.0);
+            fake.set(Entry::ReadError, 2.0);
         }
     };
     assert!(until_lost(&mut device, unplug) > 100);

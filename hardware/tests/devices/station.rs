@@ -14,7 +14,7 @@ fn the_named_devices_open_and_keep_to_the_stations_limits() {
         (HapticModel::Woody, "woody"),
         (HapticModel::Hapi, "hapi\"\ndevice = \"gen3"),
     ] {
-        let emulator = Emulator::of(model, LineFaults::default());
+        let emulator = Emulator::with_model(model, LineFaults::default());
         let lines = &emulator.lines;
         let text = format!(
             "[haptic]\ndriver = \"{driver}\"\npath = {:?}\nforce_max_n = 0.5\n\

@@ -16,16 +16,16 @@ use nalgebra::{Translation3, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
 use tempfile::TempDir;
 
-/// State seen inside the devices.
+/// State of the emulated devices.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Seen {
+pub(crate) struct DeviceStates {
     pub(crate) time_s: f32,
     /// Force commanded to the motors now, N.
     pub(crate) force_n: f32,
     /// Largest force commanded so far, N.
     pub(crate) strongest_n: f32,
     /// Largest motor command so far, as a share of the largest permitted command.
-    pub(crate) strain: f32,
+    pub(crate) motor_load: f32,
 }
 
 /// A running emulator; stops when dropped.
@@ -34,33 +34,33 @@ pub(crate) struct Emulator {
     config: EmulateConfig,
     directory: Option<TempDir>,
     stop: Arc<AtomicBool>,
-    inside: Arc<Mutex<Seen>>,
+    inside: Arc<Mutex<DeviceStates>>,
     thread: Option<JoinHandle<Result<(), HardwareError>>>,
 }
 
 impl Emulator {
     pub(crate) fn start() -> Self {
-        Self::with(LineFaults::default())
+        Self::with_faults(LineFaults::default())
     }
 
-    pub(crate) fn with(faults: LineFaults) -> Self {
-        Self::of(HapticModel::default(), faults)
+    pub(crate) fn with_faults(faults: LineFaults) -> Self {
+        Self::with_model(HapticModel::default(), faults)
     }
 
     /// An emulated rig whose firmware has a mistake.
-    pub(crate) fn mistaken(mistake: Mistake) -> Self {
-        Self::made(HapticModel::default(), Some(mistake), LineFaults::default())
+    pub(crate) fn with_mistake(mistake: Mistake) -> Self {
+        Self::start_with(HapticModel::default(), Some(mistake), LineFaults::default())
     }
 
-    pub(crate) fn of(haptic: HapticModel, faults: LineFaults) -> Self {
-        Self::made(haptic, None, faults)
+    pub(crate) fn with_model(haptic: HapticModel, faults: LineFaults) -> Self {
+        Self::start_with(haptic, None, faults)
     }
 
-    fn made(haptic: HapticModel, mistake: Option<Mistake>, faults: LineFaults) -> Self {
+    fn start_with(haptic: HapticModel, mistake: Option<Mistake>, faults: LineFaults) -> Self {
         let directory = tempfile::tempdir().expect("a directory");
         let config = EmulateConfig {
             directory: directory.path().join("devices"),
-            script: room(),
+            script: workplace(),
             seed: 1,
             haptic,
             mistake,
@@ -69,7 +69,7 @@ impl Emulator {
         };
         let stop = Arc::new(AtomicBool::new(false));
         let (sender, receiver) = mpsc::channel();
-        let inside = Arc::new(Mutex::new(Seen::default()));
+        let inside = Arc::new(Mutex::new(DeviceStates::default()));
         let thread = std::thread::spawn({
             let (config, stop, inside) = (config.clone(), Arc::clone(&stop), Arc::clone(&inside));
             move || {
@@ -79,11 +79,11 @@ impl Emulator {
                 run_watched(&config, &stop, &mut ready, &mut |now| {
                     let mut seen = inside.lock().unwrap_or_else(PoisonError::into_inner);
                     let force_n = now.force_n.norm();
-                    *seen = Seen {
+                    *seen = DeviceStates {
                         time_s: now.time_s,
                         force_n,
                         strongest_n: seen.strongest_n.max(force_n),
-                        strain: seen.strain.max(now.strain),
+                        motor_load: seen.motor_load.max(now.motor_load),
                     };
                 })
             }
@@ -100,7 +100,7 @@ impl Emulator {
     }
 
     /// State inside the devices so far.
-    pub(crate) fn seen(&self) -> Seen {
+    pub(crate) fn seen(&self) -> DeviceStates {
         *self.inside.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -176,7 +176,7 @@ pub(crate) fn now_ns() -> u64 {
 }
 
 /// A workplace like that of a prepared scene, with the handle at rest in the device's origin.
-pub(crate) fn room() -> HandScript {
+pub(crate) fn workplace() -> HandScript {
     let port = Vec3::zeros();
     let target = Vec3::new(0.02, -0.01, -0.2);
     let length = 0.33;
@@ -196,8 +196,8 @@ pub(crate) fn room() -> HandScript {
 
 /// Rest position of the endoscope in the tracker's frame.
 pub(crate) fn camera_in_tracker() -> Vec3 {
-    let room = room();
-    (room.world_from_tracker.inverse() * room.world_from_camera)
+    let workplace = workplace();
+    (workplace.world_from_tracker.inverse() * workplace.world_from_camera)
         .translation
         .vector
 }

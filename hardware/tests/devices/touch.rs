@@ -132,7 +132,7 @@ fn poses_arrive_in_metres_and_forces_are_rendered_and_limited() {
 }
 
 #[test]
-fn a_hung_host_loses_the_force_and_closing_takes_it_at_once() {
+fn a_hanging_host_loses_the_force_and_closing_ends_it_at_once() {
     let fake = Fake::new();
     let mut device = fake.open().unwrap();
     let becomes = |wanted: bool, device: &mut TouchHaptic, send: bool| {
@@ -154,7 +154,7 @@ fn a_hung_host_loses_the_force_and_closing_takes_it_at_once() {
 }
 
 #[test]
-fn force_that_is_no_number_is_rendered_as_nothing() {
+fn a_force_that_is_not_a_number_is_rendered_as_zero() {
     let fake = Fake::new();
     let mut device = fake.open().unwrap();
     poll_for(Duration::from_millis(100), |now_ns| {
@@ -184,7 +184,7 @@ fn a_pose_that_is_no_number_is_no_sample() {
 }
 
 #[test]
-fn warm_motors_are_counted_and_a_broken_line_is_lost() {
+fn warnings_of_warm_motors_are_counted_and_a_broken_line_is_lost() {
     let fake = Fake::new();
     let mut device = fake.open().unwrap();
     fake.tell("fake_raise", 0x0200);
@@ -210,7 +210,7 @@ fn warm_motors_are_counted_and_a_broken_line_is_lost() {
 }
 
 #[test]
-fn a_device_that_the_last_program_left_in_use_is_waited_for() {
+fn opening_waits_for_a_device_that_the_last_program_left_in_use() {
     let fake = Fake::new();
     fake.fail_init(3, 0x0301);
     assert!(fake.open().is_ok());
@@ -223,7 +223,7 @@ fn a_device_that_the_last_program_left_in_use_is_waited_for() {
 }
 
 #[test]
-fn calibration_is_updated_or_asked_for() {
+fn the_calibration_is_updated_or_requested() {
     let fake = Fake::new();
     fake.tell("fake_calibration", 0x5001);
     assert!(fake.open().is_ok(), "the library updates it");
@@ -288,7 +288,7 @@ fn a_library_that_hangs_is_named_and_used_again_once_it_returns() {
 const DOOMED: &str = "CALOT_TEST_DOOMED";
 
 #[test]
-fn a_library_that_ends_the_program_is_named_and_leaves_no_code_of_its_own() {
+fn a_library_that_ends_the_program_is_named_and_its_exit_code_is_replaced() {
     if std::env::var_os(DOOMED).is_some() {
         let fake = Fake::new();
         fake.tell("fake_exit", 1);
@@ -296,7 +296,7 @@ fn a_library_that_ends_the_program_is_named_and_leaves_no_code_of_its_own() {
         unreachable!("the library ended the process");
     }
     let path = Fake::new().path.display().to_string();
-    let name = "touch::a_library_that_ends_the_program_is_named_and_leaves_no_code_of_its_own";
+    let name = "touch::a_library_that_ends_the_program_is_named_and_its_exit_code_is_replaced";
     let ended = Command::new(std::env::current_exe().unwrap())
         .args(["--exact", name, "--nocapture"])
         .env(DOOMED, &path)
@@ -311,7 +311,7 @@ fn a_library_that_ends_the_program_is_named_and_leaves_no_code_of_its_own() {
 }
 
 #[test]
-fn the_suite_judges_nothing_by_samples_that_never_came() {
+fn the_suite_does_not_pass_without_samples() {
     let fake = Fake::new();
     fake.tell("fake_break_pose", 1);
     let mut options = Options {

@@ -89,7 +89,7 @@ fn endoscope_takes_one_bird_of_a_group() {
 }
 
 #[test]
-fn alone_it_leaves_the_group_that_an_earlier_host_made() {
+fn a_single_bird_leaves_the_group_that_an_earlier_host_made() {
     let mut bird = Bird::flock(&[at(0.3)]);
     bird.receive(&[command::CHANGE, parameter::AUTO_CONFIGURE, 1], |_| {});
     bird.receive(&[command::CHANGE, parameter::GROUP_MODE, 1], |_| {});
@@ -104,7 +104,7 @@ fn alone_it_leaves_the_group_that_an_earlier_host_made() {
 
 #[test]
 fn an_extended_range_controller_is_refused() {
-    let bird = Bird::flock(&[at(0.3)]).called(*b"6DERC     ");
+    let bird = Bird::flock(&[at(0.3)]).with_model(*b"6DERC     ");
     let (pipe, _plug) = EmulatedBulk::of(bird);
     let name = Path::new("emulated");
     let error = BirdTracker::open_bulk(name, Box::new(pipe), BirdSetup::default()).unwrap_err();
@@ -112,7 +112,7 @@ fn an_extended_range_controller_is_refused() {
 }
 
 #[test]
-fn the_larger_scale_reaches_farther() {
+fn the_larger_scale_has_a_larger_range() {
     let setup = BirdSetup {
         scale: Scale::Inches72,
         hemisphere: Hemisphere::Forward,
@@ -159,7 +159,7 @@ fn options<'a>(pull: &'a mut dyn FnMut()) -> Options<'a> {
 }
 
 #[test]
-fn missing_unit_is_said() {
+fn a_missing_unit_is_reported() {
     let error = BirdTracker::open_usb(Path::new("no-such-unit"), BirdSetup::default()).unwrap_err();
     let text = error.to_string();
     assert!(text.contains("trakSTAR") || text.contains("USB"), "{text}");

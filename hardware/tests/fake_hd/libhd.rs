@@ -164,8 +164,8 @@ pub extern "C" fn hdStartScheduler() {
                 }
             }
             drop(job);
-            // Like the real scheduler, this one keeps its rate. It makes up for delays of up to 5
-            // ms.
+            // Like the real scheduler, this one keeps its mean rate. It catches up after delays of
+            // up to 5 ms.
             due = (due + Duration::from_millis(1)).max(Instant::now() - Duration::from_millis(5));
             std::thread::sleep(due.saturating_duration_since(Instant::now()));
         }

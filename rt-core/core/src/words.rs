@@ -121,6 +121,11 @@ pub enum EventKind {
     /// The instrument presses on an organ harder by 0.1 N than at the last `Press` of this contact;
     /// value: smoothed force on the organ, N.
     Press,
+    /// An instructor's complication opens a vessel at this place; value: area of the hole, m².
+    Opened,
+    /// An instructor's complication takes a clip off the event's organ, at this place; value: the
+    /// clip's number. A clip on two organs raises two events.
+    Unclipped,
 }
 
 /// An event of one tick. [`crate::sim::TickView`] has the tick's number and time.

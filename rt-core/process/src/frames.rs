@@ -170,6 +170,8 @@ fn kind(kind: EventKind) -> Told {
         EventKind::Shake => Told::Shake,
         EventKind::Buried => Told::Buried,
         EventKind::Press => Told::Press,
+        EventKind::Opened => Told::Opened,
+        EventKind::Unclipped => Told::Unclipped,
     }
 }
 

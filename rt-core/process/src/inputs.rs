@@ -6,7 +6,7 @@ use rt_core::port::{
     Buttons, DeviceCapabilities, DeviceSample, Opening, PedalSample, Polled, TrackerSample,
 };
 use rt_core::scene::Room;
-use rt_core::sim::{Command, Digest, Parameters, Samples, Task};
+use rt_core::sim::{Command, Complication, Digest, Parameters, Samples, Task};
 use rt_core::tool::Instrument;
 use shared_mem::inputs::{InputRecord, RunSetup};
 use shared_mem::message::{CommandMsg, PoseMsg};
@@ -63,6 +63,7 @@ pub(crate) fn record(samples: &Samples) -> InputRecord {
         Some(Command::EnableForce(on)) => (CommandMsg::ENABLE_FORCE, u8::from(on)),
         Some(Command::Instrument(instrument)) => (CommandMsg::INSTRUMENT, instrument as u8),
         Some(Command::Start(task)) => (CommandMsg::START, task as u8),
+        Some(Command::Complication(what)) => (CommandMsg::COMPLICATION, what as u8),
     };
     record.command = kind as u8 | argument << 4;
     record
@@ -133,6 +134,9 @@ pub(crate) fn command(code: u8) -> Option<Command> {
         CommandMsg::ENABLE_FORCE => Command::EnableForce(argument != 0),
         CommandMsg::INSTRUMENT => Command::Instrument(instrument(argument.into())?),
         CommandMsg::START => Command::Start(Task::from_number(argument.into())?),
+        CommandMsg::COMPLICATION => {
+            Command::Complication(Complication::from_number(argument.into())?)
+        }
         _ => return None,
     })
 }
@@ -270,12 +274,13 @@ mod tests {
     }
 
     fn commands() -> impl Strategy<Value = Option<Command>> {
-        (0u32..6, any::<bool>(), 0u32..4).prop_map(|(kind, on, number)| match kind {
+        (0u32..7, any::<bool>(), 0u32..4).prop_map(|(kind, on, number)| match kind {
             1 => Some(Command::Pause(on)),
             2 => Some(Command::Reset),
             3 => Some(Command::EnableForce(on)),
             4 => instrument(number).map(Command::Instrument),
             5 => Task::from_number(number).map(Command::Start),
+            6 => Complication::from_number(number).map(Command::Complication),
             _ => None,
         })
     }

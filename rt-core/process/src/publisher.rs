@@ -11,7 +11,7 @@ use heapless::spsc::{Consumer, Producer};
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::prelude::{ZeroCopySend, ipc};
 use iceoryx2::sample_mut_uninit::SampleMutUninit;
-use rt_core::sim::{Command, Task};
+use rt_core::sim::{Command, Complication, Task};
 use shared_mem::inputs::{INPUT_BATCH, InputBatch, InputRecord};
 use shared_mem::message::{
     CommandMsg, EventMsg, ReplyMsg, StateFrame, TIMING_BATCH, TickRecord, TimingBatch, ToolFrame,
@@ -295,6 +295,9 @@ fn parse(message: CommandMsg) -> Result<Asked, u32> {
         CommandMsg::START => Asked::Tick(Command::Start(
             Task::from_number(message.argument).ok_or(ReplyMsg::OUT_OF_RANGE)?,
         )),
+        CommandMsg::COMPLICATION => Asked::Tick(Command::Complication(
+            Complication::from_number(message.argument).ok_or(ReplyMsg::OUT_OF_RANGE)?,
+        )),
         CommandMsg::STOP => Asked::Stop,
         _ => return Err(ReplyMsg::UNKNOWN),
     })
@@ -307,15 +310,16 @@ mod tests {
 
     proptest! {
         #[test]
-        fn any_message_is_understood_or_refused(kind in 0u32..9, argument in 0u32..6) {
+        fn any_message_is_understood_or_refused(kind in 0u32..11, argument in 0u32..6) {
             let outcome = parse(CommandMsg { kind, argument });
-            let known = (1..=6).contains(&kind);
+            let known = (1..=6).contains(&kind) || kind == CommandMsg::COMPLICATION;
             let flag_ok = argument < 2;
             match kind {
                 CommandMsg::PAUSE | CommandMsg::ENABLE_FORCE =>
                     prop_assert_eq!(outcome.is_ok(), flag_ok),
                 CommandMsg::INSTRUMENT => prop_assert_eq!(outcome.is_ok(), argument < 4),
                 CommandMsg::START => prop_assert_eq!(outcome.is_ok(), argument <= 4),
+                CommandMsg::COMPLICATION => prop_assert_eq!(outcome.is_ok(), flag_ok),
                 _ => prop_assert_eq!(outcome.is_ok(), known),
             }
             if let Err(refusal) = outcome {

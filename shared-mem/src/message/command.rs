@@ -4,15 +4,15 @@ use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
 /// Service `hand`: a person without a haptic device moves the emulated hand with mouse and
-/// keyboard. Each movement is the sum since the sender started, so that no movement is lost with a
-/// lost message.
+/// keyboard. Each movement is the total since the sender started, so that a lost message loses no
+/// movement.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("calot.HandMsg.v1")]
 pub struct HandMsg {
     /// Time of sending (`CLOCK_MONOTONIC`).
     pub at_ns: u64,
-    /// Time at which the sender started. A new value means a new sender, whose sums start from
+    /// Time at which the sender started. A new value means a new sender, whose totals start from
     /// zero.
     pub began_ns: u64,
     /// Movement of the instrument's tip in the picture: to the right, up, and towards the viewer,
@@ -42,26 +42,28 @@ pub struct CommandMsg {
 }
 
 impl CommandMsg {
-    /// Argument 1: pause. 0: go on.
+    /// Pause the simulation (argument 1) or continue it (0).
     pub const PAUSE: u32 = 1;
-    /// Put every organ back to the start of the run.
+    /// Reset every organ to its state at the start of the run.
     pub const RESET: u32 = 2;
-    /// Argument 1: let force through again, as after a trip. 0: cut the force.
+    /// Enable the force, also after a speed trip (argument 1), or cut it (0).
     pub const ENABLE_FORCE: u32 = 3;
     /// Change the instrument. The argument is the number of a [`crate::words::Instrument`].
     pub const INSTRUMENT: u32 = 4;
-    /// End the controller cleanly.
+    /// End the controller in order.
     pub const STOP: u32 = 5;
     /// Put every organ into the state in which a task begins. The argument is the task: 0 hang (no
-    /// suture is placed), 1 identify (as after `RESET`), 2 clamp (the triangle is cleared), 3 cut
-    /// (duct and artery are clipped), 4 disconnect (both are divided).
+    /// suture is placed), 1 identify (as after `RESET`), 2 clamp (Calot's triangle is cleared), 3
+    /// cut (cystic duct and artery are clipped), 4 disconnect (both are divided).
     pub const START: u32 = 6;
-    /// Only for a replay: go to a time. The argument is the time after the start of the recording,
-    /// ms.
+    /// Replay only: go to a time. The argument is the time after the start of the recording, ms.
     pub const SEEK: u32 = 7;
-    /// Only for a replay: set its speed. The argument is the speed in thousandths of the
-    /// recording's, 10 to 100 000.
+    /// Replay only: set the speed. The argument is the speed in thousandths of real time, 10 to 100
+    /// 000.
     pub const SPEED: u32 = 8;
+    /// An instructor makes something go wrong. The argument is a [`crate::words::Complication`].
+    /// If nothing can go wrong in that way, nothing happens, and no event is raised.
+    pub const COMPLICATION: u32 = 9;
 }
 
 /// Service `command`, reply of the controller.

@@ -27,7 +27,7 @@ pub struct EventMsg {
     pub value: f32,
 }
 
-/// An event by its kind, with its payload.
+/// A decoded event: its kind and its payload.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event {
     /// The instrument began to touch an organ.
@@ -51,7 +51,7 @@ pub enum Event {
     Fault(Fault),
     /// The electrosurgical current changed to this.
     Electro(Current),
-    /// Held tissue slipped by 2 mm through the jaws.
+    /// Grasped tissue slipped by 2 mm through the jaws.
     Slip {
         /// Pull of the tissue on the jaws, N.
         force_n: f32,
@@ -78,7 +78,7 @@ pub enum Event {
     },
     /// A vessel, a duct or an organ full of bile leaks.
     Leak {
-        /// Flow as a share of the flow from an open lumen at full pressure; 0: the leak stopped.
+        /// Flow relative to the flow from an open lumen at full pressure; 0: the leak stopped.
         flow: f32,
     },
     /// A cell of layered tissue is gone.
@@ -98,11 +98,12 @@ pub enum Event {
     },
     /// A tube was divided, or torn off an organ.
     Divided {
-        /// Share of the lumen that clips leave open between this division and the tube's next end
-        /// or division, on the side where more is open. 0: clips close both sides.
+        /// Open share of the lumen, 0 to 1. On each side of the division, it is the share that the
+        /// clips up to the tube's next end or division leave open; the larger of the two counts. 0:
+        /// clips close both sides.
         open: f32,
     },
-    /// All organs were put back to the start of the run, or to the start of a task.
+    /// All organs were reset to their state at the start of the run, or of a task.
     Reset,
     /// A suture goes through an organ.
     Stitch {
@@ -114,8 +115,8 @@ pub enum Event {
         /// The suture's number in the scene, from 0.
         suture: u32,
     },
-    /// An organ that nobody cut free left its place and does not return. Sent once until the next
-    /// reset.
+    /// An organ that was not cut free left its place and does not return. Sent at most once between
+    /// two resets.
     Fall {
         /// Distance of the organ's middle from its place, m.
         distance_m: f32,
@@ -132,17 +133,27 @@ pub enum Event {
         /// Depth of the instrument, m.
         depth_m: f32,
     },
-    /// The instrument presses on an organ harder than at the last such event of this contact.
+    /// The instrument presses on an organ harder than at the previous `Press` of this contact.
     Press {
         /// Force of the instrument on the organ, N.
         force_n: f32,
+    },
+    /// An instructor's complication opened a vessel.
+    Opened {
+        /// Area of the hole, m².
+        area_m2: f32,
+    },
+    /// An instructor's complication took a clip off.
+    Unclipped {
+        /// The clip's number, from 0.
+        number: u32,
     },
 }
 
 /// An event that cannot be decoded.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum UnknownEvent {
-    /// The number of the event's kind, fault or current has no name.
+    /// The number of the event's kind, fault or current is unknown.
     #[error(transparent)]
     Word(#[from] Unknown),
     /// The value is not finite, or is not a whole number where the kind needs one.
@@ -156,14 +167,14 @@ pub enum UnknownEvent {
 }
 
 impl EventMsg {
-    /// 2²⁴: above it, `f32` cannot represent every whole number.
+    /// 2²⁴. Above this value, `f32` cannot represent every whole number.
     const WHOLE_END: f32 = 16_777_216.0;
 
     /// The event with its payload.
     ///
     /// # Errors
     ///
-    /// [`UnknownEvent`] if a number has no name, or if the kind cannot carry the value.
+    /// [`UnknownEvent`] if a number is unknown, or if the kind cannot have this value.
     pub fn decode(&self) -> Result<Event, UnknownEvent> {
         let kind = EventKind::try_from(self.kind)?;
         let value = self.value;
@@ -199,6 +210,8 @@ impl EventMsg {
             EventKind::Shake => Event::Shake { speed_m_s: value },
             EventKind::Buried => Event::Buried { depth_m: value },
             EventKind::Press => Event::Press { force_n: value },
+            EventKind::Opened => Event::Opened { area_m2: value },
+            EventKind::Unclipped => Event::Unclipped { number: number()? },
         })
     }
 

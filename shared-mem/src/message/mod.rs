@@ -1,5 +1,6 @@
 //! Messages, one module per service.
 
+mod acts;
 mod command;
 mod events;
 mod state;
@@ -9,6 +10,7 @@ mod tools;
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
+pub use acts::{ActMsg, ActReply, REMARK_BYTES};
 pub use command::{CommandMsg, HandMsg, ReplyMsg};
 pub use events::{Event, EventMsg, UnknownEvent};
 pub use state::{ClipMsg, SphereState, StateFrame, SutureMsg};

@@ -26,13 +26,13 @@ impl SphereState {
     pub const GONE: u32 = 8;
 }
 
-/// A clip across a vessel or duct, between two spheres of that vessel or duct.
+/// A clip on a vessel or duct, between two of its spheres.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 pub struct ClipMsg {
     /// The two spheres, in the scene's order.
     pub spheres: [u32; 2],
-    /// Place of the clip between the two spheres: 0 at the first, 1 at the second.
+    /// Position of the clip between the two spheres: 0 at the first, 1 at the second.
     pub share: f32,
     /// Share of the lumen that the clip closes, 0 to 1.
     pub closed: f32,
@@ -63,14 +63,14 @@ pub struct SutureMsg {
     pub placed: u32,
     /// Other end of the suture, in the wall or at the instrument's tip, world frame, m.
     pub at_m: [f32; 3],
-    /// Length of the suture once it is pulled tight, m.
+    /// Length of the suture when it is pulled tight, m.
     pub length_m: f32,
 }
 
 impl SutureMsg {
     /// The suture is not placed yet.
     pub const AWAY: u32 = 0;
-    /// The suture goes through the organ and to the instrument's tip.
+    /// The suture leads through the organ to the instrument's tip.
     pub const AT_HAND: u32 = 1;
     /// The suture hangs the organ on the wall.
     pub const HUNG: u32 = 2;
@@ -122,8 +122,8 @@ pub struct StateFrame {
     /// The elastic links of tubes (organs without tetrahedra), in the scene's order: one bit for
     /// each link, lowest bit first. The bit is set if the link is severed.
     pub parted: [u8; MAX_TUBE_LINKS / 8],
-    /// Cells of layered tissue, in the scene's order. A value is the heat that the cell has taken
-    /// so far, in 254ths of the heat that removes it, or [`StateFrame::GONE`].
+    /// Cells of layered tissue, in the scene's order. A value is the heat that the cell has
+    /// absorbed so far, in 1/254 of the heat that removes it, or [`StateFrame::GONE`].
     pub cells: [u8; MAX_CELLS],
 }
 

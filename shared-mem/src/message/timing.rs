@@ -22,8 +22,8 @@ pub const STAGE_NAMES: [&str; STAGES] = [
 pub struct TickRecord {
     /// Number of the tick.
     pub tick: u64,
-    /// Scheduled start of the tick (`CLOCK_MONOTONIC`): the start of the first period that has had
-    /// no tick.
+    /// Scheduled start of the tick (`CLOCK_MONOTONIC`): the start of the first period without a
+    /// tick.
     pub scheduled_ns: u64,
     /// Actual start − scheduled start, saturating.
     pub wake_latency_ns: u32,
@@ -36,8 +36,9 @@ pub struct TickRecord {
     pub missed: u32,
     /// Duration of each stage.
     pub stage_ns: [u32; STAGES],
-    /// Time from hand to force of an earlier tick, by the device's clock, if this tick heard its
-    /// echo: from the sample of that tick to the first sample with its force in effect. 0: no echo.
+    /// Time from hand to force of an earlier tick, by the device's clock: from that tick's sample
+    /// to the first sample that confirms that tick's force (its echo). 0: this tick received no
+    /// echo.
     pub hand_to_force_ns: u32,
     /// `motion_to_force_ns` of that earlier tick.
     pub echoed_ns: u32,
@@ -54,18 +55,17 @@ impl TickRecord {
     pub const STALE: u32 = 4;
     /// The instrument touched tissue or the endoscope.
     pub const CONTACT: u32 = 8;
-    /// The tick left out self-collision, because too little time was left.
+    /// The tick skipped self-collision, because too little time was left.
     pub const DROPPED_SELF_COLLISION: u32 = 32;
-    /// The tick left out far organs, because too little time was left. A far organ is near no tool
+    /// The tick skipped far organs, because too little time was left. A far organ is near no tool
     /// and not in the jaws.
     pub const DROPPED_FAR_ORGANS: u32 = 64;
     /// A frame was due, but too little time was left for it.
     pub const DROPPED_PUBLISH: u32 = 16;
 }
 
-/// Service `timing`: one batch of records, with counters of the realtime thread. The thread is
-/// armed just before the first tick: from then on its allocations, page faults, switches and waits
-/// are counted.
+/// Service `timing`: one batch of records, with counters of the realtime thread. Counting begins
+/// just before the first tick, when the thread is "armed".
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
 #[type_name("calot.TimingBatch.v7")]
@@ -90,13 +90,13 @@ pub struct TimingBatch {
     pub faults: [u64; FAULTS],
     /// Number of ticks so far in which contact asked for a force. 0 without a haptic device.
     pub contact_ticks: u64,
-    /// Number of contact ticks in which a fault held the force back, or the force still rose after
-    /// the fault; one count for each fault.
+    /// Number of contact ticks in which each fault held the force back, or in which the force still
+    /// rose after that fault.
     pub held_ticks: [u64; FAULTS],
     /// Number of times that each fault began during contact.
     pub held_times: [u64; FAULTS],
-    /// Bits [`TimingBatch::FIFO`], `LOCKED` and `PINNED`. The thread counts as realtime if all
-    /// three are set.
+    /// Bits [`TimingBatch::FIFO`], `LOCKED` and `PINNED`. The thread counts as a realtime thread if
+    /// all three are set.
     pub realtime: u32,
     /// Number of `records` in use.
     pub count: u32,

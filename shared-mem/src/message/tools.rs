@@ -17,13 +17,13 @@ pub struct DeviceHealth {
     pub age_us: u32,
     /// Frames received without an error.
     pub frames: u64,
-    /// Frames received with an error, and rejected.
+    /// Frames rejected because of an error.
     pub bad_frames: u64,
     /// Lost frames, counted from gaps in the sequence numbers.
     pub lost_frames: u64,
     /// Commands that the device's line did not accept.
     pub dropped_writes: u64,
-    /// Bytes that were lost, because this computer did not read them in time.
+    /// Bytes lost because this computer did not read them in time.
     pub unread_bytes: u64,
 }
 
@@ -52,9 +52,9 @@ pub struct CapsuleMsg {
     pub role: u32,
 }
 
-/// A dent of a tool in an organ, as far as the spheres are too coarse to show it: the skin that the
-/// spheres carry still reaches into a piece of the tool by `depth_m`. A piece is a stretch of a
-/// capsule, or the capsule's round end.
+/// The part of a tool's dent in an organ that the spheres are too coarse to show. The skin that
+/// follows the spheres still reaches into a piece of the tool by `depth_m`. A piece is a section of
+/// a capsule, or the capsule's round end.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 pub struct DentMsg {
@@ -64,7 +64,7 @@ pub struct DentMsg {
     pub radius_m: f32,
     /// Half of the piece's axis, m; zero for a round end.
     pub half_m: [f32; 3],
-    /// Depth of the tool below the skin that the spheres carry, along the normal, m.
+    /// Depth of the tool below the skin that follows the spheres, along the normal, m.
     pub depth_m: f32,
     /// Unit vector from tissue to tool.
     pub normal: [f32; 3],
@@ -89,7 +89,7 @@ pub struct ToolFrame {
     /// Device pose: the handle as the hand holds it, world frame.
     pub world_from_handle: PoseMsg,
     /// Proxy pose of the instrument, world frame: origin at the jaw joint, −z along the shaft
-    /// towards the tip. Where the device is too weak to stop the hand at the tissue, the instrument
+    /// towards the tip. If the device is too weak to stop the hand at the tissue, the instrument
     /// stays behind the hand.
     pub world_from_instrument: PoseMsg,
     /// Pose of the endoscope's camera, world frame. The camera looks along −z, and y is up in the

@@ -1,4 +1,4 @@
-//! Checks of a compiled scene's content: numbers in their ranges, indices in their lists.
+//! Checks a compiled scene's content: numbers must be in range, and indices inside their lists.
 
 use core::fmt;
 
@@ -12,14 +12,14 @@ use crate::message::{MAX_CELLS, MAX_SPHERES, MAX_SUTURES};
 
 impl SceneFile {
     pub(super) fn check_content(&self) -> Result<(), SceneError> {
-        count("room", self.sections[0].count as usize, 1, 1)?;
-        count("organs", self.organs().len(), 1, 16)?;
-        count("spheres", self.spheres().len(), 1, MAX_SPHERES)?;
-        count("links", self.links().len(), 0, 8 * MAX_SPHERES)?;
-        count("skin vertices", self.vertices().len(), 0, 4_000_000)?;
-        count("skin triangles", self.triangles().len(), 0, 8_000_000)?;
-        count("tetrahedra", self.tetrahedra().len(), 0, 6 * MAX_SPHERES)?;
-        count("attachments", self.attachments().len(), 0, MAX_ATTACHMENTS)?;
+        check_count("room", self.sections[0].count as usize, 1, 1)?;
+        check_count("organs", self.organs().len(), 1, 16)?;
+        check_count("spheres", self.spheres().len(), 1, MAX_SPHERES)?;
+        check_count("links", self.links().len(), 0, 8 * MAX_SPHERES)?;
+        check_count("skin vertices", self.vertices().len(), 0, 4_000_000)?;
+        check_count("skin triangles", self.triangles().len(), 0, 8_000_000)?;
+        check_count("tetrahedra", self.tetrahedra().len(), 0, 6 * MAX_SPHERES)?;
+        check_count("attachments", self.attachments().len(), 0, MAX_ATTACHMENTS)?;
         let contact = [
             (
                 "contact vertices",
@@ -37,27 +37,27 @@ impl SceneFile {
                 self.spheres().len(),
             ),
         ];
-        count("cells", self.cells().len(), 0, MAX_CELLS)?;
-        count(
+        check_count("cells", self.cells().len(), 0, MAX_CELLS)?;
+        check_count(
             "cell corners",
             self.cell_corners().len(),
             0,
             MAX_CELL_CORNERS,
         )?;
-        count(
+        check_count(
             "cell columns",
             self.cell_columns().len(),
             0,
             self.contact_vertices().len(),
         )?;
         for (what, found, max) in contact {
-            count(what, found, 0, max)?;
+            check_count(what, found, 0, max)?;
         }
         self.check_room()?;
 
         let mut ends = [0u32; 5];
         for (i, organ) in self.organs().iter().enumerate() {
-            let bad = |problem: String| record("organ", i, problem);
+            let bad = |problem: String| record_error("organ", i, problem);
             if OrganKind::from_u32(organ.kind).is_none() {
                 let kinds = OrganKind::ALL.len();
                 return Err(bad(format!(
@@ -113,7 +113,7 @@ impl SceneFile {
 
     fn check_room(&self) -> Result<(), SceneError> {
         let room = self.room();
-        let bad = |problem: String| record("room", 0, problem);
+        let bad = |problem: String| record_error("room", 0, problem);
         let points = [
             ("gravity_m_s2", room.gravity_m_s2),
             ("instrument_port_m", room.instrument_port_m),
@@ -191,7 +191,7 @@ impl SceneFile {
                 let link = self.links()[i as usize];
                 let bound = own(link.a, organ.spheres) && own(link.b, organ.spheres);
                 let length_ok = link.rest_length_m > 0.0 && link.rest_length_m < 10.0;
-                let soft_ok = (0.0..=COMPLIANCE_MAX_M_N).contains(&link.compliance_m_n);
+                let compliance_ok = (0.0..=COMPLIANCE_MAX_M_N).contains(&link.compliance_m_n);
                 let rules = [
                     (bound, "a and b must be spheres of its organ"),
                     (link.a != link.b, "a and b must differ"),
@@ -199,7 +199,7 @@ impl SceneFile {
                         length_ok,
                         "rest_length_m must be more than 0 and less than 10",
                     ),
-                    (soft_ok, "compliance_m_n must be 0 to 1000000"),
+                    (compliance_ok, "compliance_m_n must be 0 to 1000000"),
                 ];
                 require("link", i as usize, &link, &rules)?;
             }
@@ -234,7 +234,7 @@ impl SceneFile {
             for i in first..first + n {
                 let t = self.triangles()[i as usize];
                 if !t.iter().all(|&v| own(v, organ.vertices)) {
-                    return Err(record(
+                    return Err(record_error(
                         "skin triangle",
                         i as usize,
                         format!("its corners {t:?} must be skin vertices of its organ"),
@@ -248,7 +248,7 @@ impl SceneFile {
     }
 
     /// Checks that each cell follows spheres of one organ, that the cells of an organ are
-    /// consecutive, that neighbours name each other, and that numbers and indices are in range.
+    /// consecutive, that neighbours list each other, and that numbers and indices are in range.
     fn check_cells(&self) -> Result<(), SceneError> {
         let (cells, corners) = (self.cells(), self.cell_corners());
         let organ_of = |sphere: u16| {
@@ -257,7 +257,7 @@ impl SceneFile {
         };
         let mut last = None;
         for (i, cell) in cells.iter().enumerate() {
-            let bad = |problem: String| record("cell", i, problem);
+            let bad = |problem: String| record_error("cell", i, problem);
             let organ = organ_of(cell.spheres[0]);
             if organ.is_none() || cell.spheres.iter().any(|&s| organ_of(s) != organ) {
                 let problem = format!(
@@ -389,7 +389,7 @@ impl SceneFile {
                     "its corners are {corners:?}, but the scene has {} contact vertices",
                     vertices.len()
                 );
-                return Err(record("contact triangle", i, problem));
+                return Err(record_error("contact triangle", i, problem));
             }
         }
         for (i, &vertex) in self.contact_nearest().iter().enumerate() {
@@ -398,7 +398,7 @@ impl SceneFile {
                     "{vertex} does not exist, the scene has {} contact vertices",
                     vertices.len()
                 );
-                return Err(record("nearest contact vertex", i, problem));
+                return Err(record_error("nearest contact vertex", i, problem));
             }
         }
         Ok(())
@@ -408,33 +408,33 @@ impl SceneFile {
         let exists = |sphere: u32| (sphere as usize) < self.spheres().len();
         let is_suture = |it: &&AttachmentRecord| it.is_thread == 1 && it.b == WORLD;
         let sutures = self.attachments().iter().filter(is_suture).count();
-        count("sutures to the world", sutures, 0, MAX_SUTURES)?;
-        for (i, band) in self.attachments().iter().enumerate() {
-            let ends_ok = exists(band.a) && (exists(band.b) || band.b == WORLD);
-            let length_ok = (0.0..10.0).contains(&band.rest_length_m);
-            let soft_ok = (0.0..=COMPLIANCE_MAX_M_N).contains(&band.compliance_m_n);
+        check_count("sutures to the world", sutures, 0, MAX_SUTURES)?;
+        for (i, attachment) in self.attachments().iter().enumerate() {
+            let ends_ok = exists(attachment.a) && (exists(attachment.b) || attachment.b == WORLD);
+            let length_ok = (0.0..10.0).contains(&attachment.rest_length_m);
+            let compliance_ok = (0.0..=COMPLIANCE_MAX_M_N).contains(&attachment.compliance_m_n);
             let rules = [
                 (
                     ends_ok,
                     "a must be a sphere, and b a sphere or 4294967295 (the world)",
                 ),
-                (band.a != band.b, "a and b must differ"),
+                (attachment.a != attachment.b, "a and b must differ"),
                 (
-                    band.anchor_m.iter().all(is_near),
+                    attachment.anchor_m.iter().all(is_near),
                     "anchor_m must be within 1000 m",
                 ),
                 (
                     length_ok,
                     "rest_length_m must be at least 0 and less than 10",
                 ),
-                (soft_ok, "compliance_m_n must be 0 to 1000000"),
-                (band.is_thread <= 1, "is_thread must be 0 or 1"),
+                (compliance_ok, "compliance_m_n must be 0 to 1000000"),
+                (attachment.is_thread <= 1, "is_thread must be 0 or 1"),
                 (
-                    (0.0..=TEAR_MAX_J).contains(&band.tear_j),
+                    (0.0..=TEAR_MAX_J).contains(&attachment.tear_j),
                     "tear_j must be 0 to 1000",
                 ),
             ];
-            require("attachment", i, band, &rules)?;
+            require("attachment", i, attachment, &rules)?;
         }
         Ok(())
     }
@@ -454,7 +454,7 @@ const TEAR_MAX_J: f32 = 1e3;
 /// Largest number of substeps in one tick.
 const SUBSTEPS_MAX: u32 = 16;
 
-fn count(what: &'static str, found: usize, min: usize, max: usize) -> Result<(), SceneError> {
+fn check_count(what: &'static str, found: usize, min: usize, max: usize) -> Result<(), SceneError> {
     if (min..=max).contains(&found) {
         return Ok(());
     }
@@ -466,7 +466,7 @@ fn count(what: &'static str, found: usize, min: usize, max: usize) -> Result<(),
     })
 }
 
-fn record(what: &'static str, index: usize, problem: String) -> SceneError {
+fn record_error(what: &'static str, index: usize, problem: String) -> SceneError {
     SceneError::Record {
         what,
         index,
@@ -474,8 +474,8 @@ fn record(what: &'static str, index: usize, problem: String) -> SceneError {
     }
 }
 
-/// Refuses a record that breaks one of its `rules`. Each rule has a flag: true if the record obeys
-/// the rule.
+/// Refuses a record that breaks one of its `rules`. A rule is a flag, true if the record obeys it,
+/// and its text.
 fn require(
     what: &'static str,
     index: usize,
@@ -484,7 +484,11 @@ fn require(
 ) -> Result<(), SceneError> {
     match rules.iter().find(|(obeyed, _)| !obeyed) {
         None => Ok(()),
-        Some((_, rule)) => Err(record(what, index, format!("{rule}; found {found:?}"))),
+        Some((_, rule)) => Err(record_error(
+            what,
+            index,
+            format!("{rule}; found {found:?}"),
+        )),
     }
 }
 

@@ -40,11 +40,11 @@ impl Bytes {
 
 impl SceneFile {
     /// Maps and checks a file, or one level of detail in it. `FILE` and `FILE#0` name the finest
-    /// level, `FILE#1` the next coarser one. Do not change a file in place while it is mapped:
-    /// replace it by renaming, as the writer of this crate does.
+    /// level, `FILE#1` the next coarser one. Do not change a file in place while it is mapped.
+    /// Replace it by renaming a new file, as [`super::SceneData::write`] does.
     ///
     /// # Errors
-    /// The error says what is wrong with the file, and where.
+    /// The error names the fault and its place in the file.
     pub fn open(path: &Path) -> Result<Self, SceneError> {
         let (path, level) = levels::split(path);
         let io = |source| SceneError::Io {
@@ -72,9 +72,9 @@ impl SceneFile {
         Self::check(Bytes::Mapped(map))
     }
 
-    /// The levels of detail in a file, finest first, as paths for [`SceneFile::open`]. If `path`
-    /// names a coarser level or a file that cannot be read, returns `path` alone. Opening a file
-    /// that cannot be read then reports the error.
+    /// The levels of detail in a file, finest first, as paths for [`SceneFile::open`]. Returns
+    /// `path` alone if it names a coarser level or a file that cannot be read; opening that file
+    /// then reports the error.
     #[must_use]
     pub fn levels(path: &Path) -> Vec<PathBuf> {
         let (file, level) = levels::split(path);
@@ -154,7 +154,7 @@ impl SceneFile {
         bytemuck::cast_slice(&self.bytes.get()[start..start + count as usize * size_of::<T>()])
     }
 
-    /// Bytes of the scene, as the file has them. [`SceneFile::from_bytes`] reads them.
+    /// Bytes of the scene, equal to those in the file. [`SceneFile::from_bytes`] reads them.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
         self.bytes.get()
@@ -166,7 +166,7 @@ impl SceneFile {
         self.id
     }
 
-    /// First half of the identity, as frames carry it.
+    /// First half of the identity. Frames contain this half.
     #[must_use]
     pub fn short_id(&self) -> [u8; 16] {
         let mut short = [0; 16];
@@ -180,7 +180,7 @@ impl SceneFile {
         str_from_name(&self.section::<RoomRecord>(0)[0].name).unwrap_or("?")
     }
 
-    /// Places of devices, ports and target.
+    /// Positions and poses of devices, ports and target.
     #[must_use]
     pub fn room(&self) -> &RoomRecord {
         &self.section(0)[0]
@@ -259,7 +259,7 @@ impl SceneFile {
         self.section(12)
     }
 
-    /// For each contact vertex, the cells under it; empty if there are no cells.
+    /// For each contact vertex, the cells under it; empty if the scene has no cells.
     #[must_use]
     pub fn cell_columns(&self) -> &[CellColumnRecord] {
         self.section(13)

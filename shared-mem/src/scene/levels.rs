@@ -1,4 +1,4 @@
-//! Levels of detail in one file: complete scenes one after another, finest first.
+//! Levels of detail in one file. Each level is a complete scene; the finest comes first.
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -40,7 +40,7 @@ pub(super) fn find(file: &mut File) -> std::io::Result<Vec<(u64, usize)>> {
 }
 
 /// Splits `scene.calot#2` into the path of the file and the number of the level. If a file with the
-/// whole name exists, the name is not split and the level is 0.
+/// whole name exists, the name is not split, and the level is 0.
 pub(super) fn split(path: &Path) -> (PathBuf, usize) {
     let named = path.to_str().and_then(|text| text.rsplit_once('#'));
     let level = named.and_then(|(file, level)| Some((file, level.parse().ok()?)));

@@ -13,7 +13,7 @@ pub const WORLD: u32 = u32::MAX;
 /// Sum of the weights of a skin vertex, which are whole numbers.
 pub const WEIGHT_SUM: u32 = 65_535;
 
-/// Anatomical kind of an organ. It decides the organ's look and its role in the procedure.
+/// Anatomical kind of an organ. It determines the organ's appearance and its role in the procedure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[repr(u32)]
 #[allow(missing_docs)]
@@ -54,7 +54,7 @@ impl OrganKind {
     }
 }
 
-/// Poses and places of devices, ports and target, world frame. A scene has one such record.
+/// Positions and poses of devices, ports and target, world frame. A scene has one such record.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct RoomRecord {
@@ -75,7 +75,7 @@ pub struct RoomRecord {
     /// Pose of the camera before the first sample of the tracker. The camera looks along −z, and y
     /// is up in the picture.
     pub world_from_camera: PoseMsg,
-    /// Point on the skin of the target organ at which the scripted hand works, m.
+    /// Point on the skin of the target organ where the scripted hand works, m.
     pub target_m: [f32; 3],
     /// Outward normal of the skin at the target.
     pub target_normal: [f32; 3],
@@ -106,7 +106,7 @@ pub struct MaterialRecord {
     pub contact_stiffness_n_m: f32,
     /// Retardation time of the viscous damping (Kelvin–Voigt: viscosity over modulus), s.
     pub retardation_s: f32,
-    /// Coefficient of Coulomb friction on a moist steel tool.
+    /// Coefficient of Coulomb friction between the tissue and a moist steel tool.
     pub friction: f32,
     /// Energy of a tear or cut per area, J/m²; 0: the tissue does not tear.
     pub toughness_j_m2: f32,
@@ -126,8 +126,8 @@ pub struct OrganRecord {
     pub links: [u32; 2],
     /// Tetrahedra: first and count. Their corners are spheres of this organ.
     pub tetrahedra: [u32; 2],
-    /// Number of links, from the organ's first, that carry load in addition to the tetrahedra. All
-    /// links serve the paper's method and tell which spheres are neighbours.
+    /// Number of links that carry load in addition to the tetrahedra: the first ones of the organ.
+    /// All links are used by the paper's method and show which spheres are neighbours.
     pub elastic_links: u32,
     /// Number of substeps in a tick: 1, 2, 4, 8 or 16.
     pub substeps: u32,
@@ -156,7 +156,8 @@ pub struct SphereRecord {
     pub radius_m: f32,
     /// Mass, kg.
     pub mass_kg: f32,
-    /// 1: the constraints do not move the sphere (it is fixed, or led by the breath); 0: they do.
+    /// 1: the constraints do not move the sphere, because it is fixed or moved by the breath. 0:
+    /// they move it.
     pub held: u32,
 }
 
@@ -180,9 +181,9 @@ pub struct LinkRecord {
 pub struct TetraRecord {
     /// The four corners, indices into the scene's spheres; `det(b − a, c − a, d − a)` is positive.
     pub spheres: [u16; 4],
-    /// Volume of tissue that counts to this tetrahedron, m³: its own and a part of the organ's
-    /// volume outside all tetrahedra. Between free and held spheres it is larger, by the factor by
-    /// which the tissue there is stiffer.
+    /// Volume of tissue assigned to this tetrahedron, m³: its own and a part of the organ's volume
+    /// outside all tetrahedra. If the tetrahedron joins free and held spheres, the volume is
+    /// multiplied by the factor by which the tissue is stiffer there.
     pub volume_m3: f32,
 }
 
@@ -200,7 +201,7 @@ pub struct AttachmentRecord {
     pub rest_length_m: f32,
     /// Compliance, m/N.
     pub compliance_m_n: f32,
-    /// 1: the attachment is a thread (a suture), which pulls and never pushes; 0: it does both.
+    /// 1: the attachment is a thread (a suture), which only pulls. 0: it pulls and pushes.
     pub is_thread: u32,
     /// Energy that tears the attachment, J; 0: it does not tear.
     pub tear_j: f32,
@@ -221,8 +222,8 @@ pub struct VertexRecord {
     pub weights: [u16; BINDINGS],
 }
 
-/// A vertex of the contact skin, the surface that tools touch. It is coarser than the skin that is
-/// drawn.
+/// A vertex of the contact skin: the surface that tools touch. The contact skin is coarser than the
+/// drawn skin.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct ContactVertexRecord {
@@ -231,32 +232,32 @@ pub struct ContactVertexRecord {
     pub spheres: [u16; CONTACT_BINDINGS],
     /// Weights of the spheres. Their sum is 1; some may be negative.
     pub weights: [f32; CONTACT_BINDINGS],
-    /// Triangles around the vertex: first and count in the scene's contact fans, which have the two
-    /// other corners of each triangle.
+    /// Triangles around the vertex: first and count in the scene's contact fans. The contact fans
+    /// list the two other corners of each triangle.
     pub fan: [u32; 2],
-    /// Radius A over which a force on the vertex is spread to the spheres, m, as the Gaussian
-    /// `exp(−r²/A²)`.
+    /// Radius A of the Gaussian `exp(−r²/A²)` that spreads a force on the vertex to the spheres, m.
     pub patch_m: f32,
     /// Mean curvature of the skin at rest, 1/m: positive where it bulges outwards.
     pub curvature_per_m: f32,
 }
 
-/// Largest number of cells directly under one contact vertex, each the first of a column.
+/// Largest number of cells directly under one contact vertex. Each of them is the first cell of a
+/// column.
 pub const COLUMNS: usize = 6;
 
 /// A cell of layered tissue (fat, connective tissue): a hexahedron that is removed whole. It
 /// belongs to the organ of its spheres. The cells of an organ are consecutive in the list. The
-/// layered tissue lies around an inner organ, and the course is that organ's midline.
+/// layered tissue surrounds an inner organ; the course is that organ's midline.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct CellRecord {
-    /// The eight corners, indices into the scene's cell corners. In a corner's place in this list,
-    /// bit 0 is set forwards along the course, bit 1 forwards around it, bit 2 outwards. The three
-    /// directions are right-handed.
+    /// The eight corners, indices into the scene's cell corners. The bits of a corner's position in
+    /// this list tell where the corner is: bit 0 is set if it is forwards along the course, bit 1
+    /// forwards around it, bit 2 outwards. The three directions are right-handed.
     pub corners: [u16; 8],
     /// Neighbours across the six faces: backwards and forwards along the course, backwards and
     /// forwards around it, inwards, outwards; [`super::NO_CELL`] where there is none. Two
-    /// neighbours name each other.
+    /// neighbours list each other.
     pub neighbours: [u16; 6],
     /// Spheres of one organ that the middle of the cell follows, the nearest first. The cell
     /// belongs to the nearest sphere. Unused entries have weight 0.
@@ -274,8 +275,8 @@ pub struct CellRecord {
     /// Number of the layer; 0 is the innermost.
     pub layer: u8,
     /// Region: [`CellRecord::NOWHERE`], `TRIANGLE`, `LOWER_BED` or `UPPER_BED`. The cleared share
-    /// of a region is the volume of its removed cells ([`crate::message::Event::Removed`]) over the
-    /// volume of all its cells.
+    /// of a region is the volume of its removed cells ([`crate::message::Event::Removed`]) divided
+    /// by the volume of all its cells.
     pub region: u8,
     /// Zero.
     pub reserved: [u8; 2],
@@ -292,15 +293,15 @@ impl CellRecord {
     pub const UPPER_BED: u8 = 3;
 }
 
-/// Cells of layered tissue directly under a contact vertex. At each of them begins a column of
-/// cells that leads away from the surface. The removed cells of the columns show how far the
+/// Cells of layered tissue directly under a contact vertex. Each is the first of a column of cells
+/// that leads away from the surface. The number of removed cells in the columns tells how far the
 /// surface has receded.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 pub struct CellColumnRecord {
     /// First cell of each column, the nearest column first; [`super::NO_CELL`] in unused entries.
     pub cells: [u16; COLUMNS],
-    /// For each column, the face that leads from a cell away from the surface: a place in
+    /// For each column, the face of a cell that points away from the surface: an index into
     /// [`CellRecord::neighbours`].
     pub inwards: [u8; COLUMNS],
     /// Zero.

@@ -16,7 +16,7 @@ use super::{
 /// A scene as preparation builds it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SceneData {
-    /// Places of devices, ports and target.
+    /// Positions and poses of devices, ports and target.
     pub room: Option<RoomRecord>,
     /// Organs.
     pub organs: Vec<OrganRecord>,
@@ -43,12 +43,12 @@ pub struct SceneData {
     pub cells: Vec<CellRecord>,
     /// Corners of the cells.
     pub cell_corners: Vec<VertexRecord>,
-    /// For each contact vertex, the cells under it; empty if there are no cells.
+    /// For each contact vertex, the cells under it; empty if the scene has no cells.
     pub cell_columns: Vec<CellColumnRecord>,
 }
 
 impl SceneData {
-    /// Bytes of the scene, as the file has them. Equal scenes give equal bytes.
+    /// Bytes of the scene, as the file contains them. Equal scenes give equal bytes.
     ///
     /// # Errors
     /// [`SceneError::MissingRoom`], or the error with which [`SceneFile::from_bytes`] refuses the
@@ -130,7 +130,7 @@ impl SceneData {
         let written = std::fs::write(&partial, &bytes);
         let written = written.and_then(|()| std::fs::rename(&partial, path));
         written.map_err(|source| {
-            // If removing the file fails too, the first error is the one to report.
+            // If removing the file fails too, the first error is reported.
             let _ = std::fs::remove_file(&partial);
             unwritable(path, source)
         })?;
@@ -145,8 +145,8 @@ fn unwritable(path: &Path, source: std::io::Error) -> SceneError {
     }
 }
 
-/// Refuses a path that names anything other than a compiled scene, an empty file or nothing. A
-/// mistyped path may name the mesh that the scene was made of, or a device.
+/// Refuses to replace anything other than a compiled scene or an empty file. A mistyped path may
+/// name the mesh that the scene was made of, or a device.
 fn check_place(path: &Path) -> Result<(), SceneError> {
     let Ok(there) = std::fs::metadata(path) else {
         return Ok(());

@@ -1,7 +1,6 @@
 //! Ends of a station. Each type opens the services that a process needs for one purpose.
 
 use core::time::Duration;
-use std::time::Instant;
 
 use iceoryx2::active_request::ActiveRequest;
 use iceoryx2::port::client::Client;
@@ -11,34 +10,35 @@ use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::update_connections::UpdateConnections as _;
 use iceoryx2::prelude::{ZeroCopySend, ipc};
 
-use super::join::{Member, Need};
+use super::command::command_through;
+use super::join::{Member, MemoryNeed};
 use super::{EVENTS, INPUTS, NEWEST, ServiceError, Station, TIMING};
 use crate::inputs::InputBatch;
 use crate::message::{CommandMsg, EventMsg, HandMsg, ReplyMsg, StateFrame, TimingBatch, ToolFrame};
 use crate::task::TaskMsg;
 
-/// Shared memory that each service of a controller needs.
-const CONTROLLER: [Need; 6] = [
-    Need::publisher::<StateFrame>(NEWEST),
-    Need::publisher::<ToolFrame>(NEWEST),
-    Need::publisher::<EventMsg>(EVENTS),
-    Need::publisher::<TimingBatch>(TIMING),
-    Need::publisher::<InputBatch>(INPUTS),
-    Need::COMMANDS,
+/// Shared memory that a controller needs, per service.
+const CONTROLLER: [MemoryNeed; 6] = [
+    MemoryNeed::publisher::<StateFrame>(NEWEST),
+    MemoryNeed::publisher::<ToolFrame>(NEWEST),
+    MemoryNeed::publisher::<EventMsg>(EVENTS),
+    MemoryNeed::publisher::<TimingBatch>(TIMING),
+    MemoryNeed::publisher::<InputBatch>(INPUTS),
+    MemoryNeed::COMMANDS,
 ];
-/// Shared memory that each service of a host needs.
-const HOST: [Need; 5] = [
-    Need::subscriber(NEWEST),
-    Need::subscriber(NEWEST),
-    Need::subscriber(EVENTS),
-    Need::subscriber(TIMING),
-    Need::COMMANDS,
+/// Shared memory that a host needs, per service.
+const HOST: [MemoryNeed; 5] = [
+    MemoryNeed::subscriber(NEWEST),
+    MemoryNeed::subscriber(NEWEST),
+    MemoryNeed::subscriber(EVENTS),
+    MemoryNeed::subscriber(TIMING),
+    MemoryNeed::COMMANDS,
 ];
 
 impl Station {
-    /// Checks that shared memory has room for a controller and two hosts: a display and a recorder,
-    /// which counts as a host here. Each process checks its own need again when it joins. This
-    /// check reports a lack before any work is done.
+    /// Checks that shared memory has room for a controller, a display and a recorder. (The recorder
+    /// is counted as a host.) Each process checks its own need again when it joins. This check
+    /// finds a lack before any work is done.
     ///
     /// # Errors
     /// [`ServiceError::NoRoom`], or another error about shared memory.
@@ -46,7 +46,7 @@ impl Station {
         self.room_for(&[&CONTROLLER[..], &HOST, &HOST].concat())
     }
 
-    /// Shared memory that [`Station::check_room`] asks for, bytes.
+    /// Shared memory that [`Station::check_room`] requires, bytes.
     #[must_use]
     pub fn room_needed() -> u64 {
         let all = CONTROLLER.iter().chain(&HOST).chain(&HOST);
@@ -54,8 +54,8 @@ impl Station {
     }
 }
 
-/// The controller's end. The publishing thread owns it and not the realtime thread, because
-/// creating ports, loaning and sending samples allocate.
+/// The controller's end. The publishing thread owns it, not the realtime thread, because creating
+/// ports, loaning and sending samples allocate memory.
 #[derive(Debug)]
 pub struct Controller {
     /// Sphere states.
@@ -83,7 +83,7 @@ impl Request {
         *self.0.payload()
     }
 
-    /// Answers the command. If the host is gone by now, the answer is dropped.
+    /// Answers the command. If the host is gone, the answer is dropped.
     pub fn reply(self, reply: ReplyMsg) {
         let _ = self.0.send_copy(reply);
     }
@@ -113,10 +113,10 @@ impl Controller {
         })
     }
 
-    /// Sends the last events to new hosts now. Without this call, new hosts would get these events
-    /// only with the next event. The call is cheap if no host is new.
+    /// Sends the last events to new hosts. Without this call, new hosts would get them only with
+    /// the next event. The call is cheap if no host is new.
     pub fn greet(&self) {
-        // A host that cannot be connected now is connected with the next event.
+        // If a host cannot be connected now, the next event connects it.
         let _ = self.events.update_connections();
     }
 
@@ -125,7 +125,7 @@ impl Controller {
         self.commands.receive().ok().flatten().map(Request)
     }
 
-    /// Removes what hosts that died left in iceoryx2. It may take milliseconds and is rarely
+    /// Removes the iceoryx2 resources of hosts that died. This may take milliseconds and is rarely
     /// needed.
     pub fn forget_dead(&self) {
         self.member.forget_dead();
@@ -141,13 +141,13 @@ pub struct HandSender {
 }
 
 impl HandSender {
-    /// Takes the lead of the emulated hand.
+    /// Takes control of the emulated hand.
     ///
     /// # Errors
-    /// [`ServiceError::SecondHand`] if another display leads the hand, or the error of the step
+    /// [`ServiceError::SecondHand`] if another display controls the hand, or the error of the step
     /// that failed.
     pub fn open(station: &Station) -> Result<Self, ServiceError> {
-        let joining = station.join(&[Need::publisher::<HandMsg>(NEWEST)])?;
+        let joining = station.join(&[MemoryNeed::publisher::<HandMsg>(NEWEST)])?;
         let hand = station.publisher(joining.node(), "hand", NEWEST);
         let hand = hand.map_err(|error| match error {
             ServiceError::SecondController(name) => ServiceError::SecondHand(name),
@@ -159,12 +159,13 @@ impl HandSender {
         })
     }
 
-    /// Sends the message. Returns true if an emulated hand received it. No real device listens.
+    /// Sends the message. Returns true if an emulated hand received it; with real devices there is
+    /// no receiver.
     pub fn send(&self, message: HandMsg) -> bool {
         self.hand.send_copy(message).is_ok_and(|heard| heard > 0)
     }
 
-    /// Removes what emulators that died left in iceoryx2.
+    /// Removes the iceoryx2 resources of emulators that died.
     pub fn forget_dead(&self) {
         self.member.forget_dead();
     }
@@ -178,12 +179,12 @@ pub struct HandReceiver {
 }
 
 impl HandReceiver {
-    /// Begins to listen. A sender may come later.
+    /// Begins to receive. The sender may start later.
     ///
     /// # Errors
     /// The `ServiceError` of the step that failed.
     pub fn open(station: &Station) -> Result<Self, ServiceError> {
-        let joining = station.join(&[Need::subscriber(NEWEST)])?;
+        let joining = station.join(&[MemoryNeed::subscriber(NEWEST)])?;
         Ok(Self {
             hand: station.subscriber(joining.node(), "hand", NEWEST)?,
             _member: joining.finish()?,
@@ -206,13 +207,13 @@ pub struct TaskSender {
 }
 
 impl TaskSender {
-    /// Begins to publish the state of a task. Receivers may come later.
+    /// Begins to publish the state of a task. Receivers may join later.
     ///
     /// # Errors
     /// [`ServiceError::SecondTask`] if another host publishes the task, or the error of the step
     /// that failed.
     pub fn open(station: &Station) -> Result<Self, ServiceError> {
-        let joining = station.join(&[Need::publisher::<TaskMsg>(NEWEST)])?;
+        let joining = station.join(&[MemoryNeed::publisher::<TaskMsg>(NEWEST)])?;
         let task = station.publisher(joining.node(), "task", NEWEST);
         let task = task.map_err(|error| match error {
             ServiceError::SecondController(name) => ServiceError::SecondTask(name),
@@ -238,19 +239,19 @@ pub struct TaskReceiver {
 }
 
 impl TaskReceiver {
-    /// Begins to watch. The task may begin later.
+    /// Begins to receive. The task may begin later.
     ///
     /// # Errors
     /// The `ServiceError` of the step that failed.
     pub fn open(station: &Station) -> Result<Self, ServiceError> {
-        let joining = station.join(&[Need::subscriber(NEWEST)])?;
+        let joining = station.join(&[MemoryNeed::subscriber(NEWEST)])?;
         Ok(Self {
             task: station.subscriber(joining.node(), "task", NEWEST)?,
             _member: joining.finish()?,
         })
     }
 
-    /// Copies the newest message into `into` and returns true, if one came since the last call.
+    /// Copies the newest message into `into`. Returns true if one came since the last call.
     /// [`TaskMsg::text`] checks the message.
     pub fn newest(&self, into: &mut TaskMsg) -> bool {
         newest(&self.task, |message| *into = *message)
@@ -270,13 +271,13 @@ pub struct Tap {
 }
 
 impl Tap {
-    /// Begins to listen. The station's controller may start later.
+    /// Begins to receive. The station's controller may start later.
     ///
     /// # Errors
     /// The `ServiceError` of the step that failed.
     pub fn open(station: &Station) -> Result<Self, ServiceError> {
         let joining =
-            station.join(&[INPUTS, NEWEST, NEWEST, EVENTS, TIMING].map(Need::subscriber))?;
+            station.join(&[INPUTS, NEWEST, NEWEST, EVENTS, TIMING].map(MemoryNeed::subscriber))?;
         let node = joining.node();
         Ok(Self {
             inputs: station.subscriber(node, "inputs", INPUTS)?,
@@ -293,7 +294,7 @@ impl Tap {
         drain(&self.inputs, &mut each);
     }
 
-    /// Copies the newest state into `into` and returns true, if one came since the last call.
+    /// Copies the newest state into `into`. Returns true if one came since the last call.
     pub fn newest_state(&self, into: &mut StateFrame) -> bool {
         newest(&self.state, |frame| *into = *frame)
     }
@@ -328,7 +329,7 @@ pub struct Host {
 }
 
 impl Host {
-    /// Begins to watch a station. Its controller may start later.
+    /// Begins to receive from a station. Its controller may start later.
     ///
     /// # Errors
     /// The `ServiceError` of the step that failed.
@@ -350,8 +351,8 @@ impl Host {
         })
     }
 
-    /// Copies the newest frame of the tissue into `into` and returns true, if one came since the
-    /// last call. The content is not checked: read it with [`StateFrame`]'s methods, which check.
+    /// Copies the newest frame of the tissue into `into`. Returns true if one came since the last
+    /// call. The content is not checked here; [`StateFrame`]'s methods check it.
     pub fn newest_state(&self, into: &mut StateFrame) -> bool {
         newest(&self.state, |frame| *into = *frame)
     }
@@ -375,42 +376,16 @@ impl Host {
     /// Sends a command to the controller and waits for the reply.
     ///
     /// # Errors
-    /// [`ServiceError::NoAnswer`] after `patience`, or the error of sending.
+    /// [`ServiceError::NoAnswer`] after `timeout`, or the error of sending.
     pub fn command(
         &self,
         command: CommandMsg,
-        patience: Duration,
+        timeout: Duration,
     ) -> Result<ReplyMsg, ServiceError> {
-        let start = Instant::now();
-        while start.elapsed() < patience {
-            // The command is sent again while no controller is connected, so that a controller that
-            // starts meanwhile gets it.
-            let pending = self
-                .commands
-                .send_copy(command)
-                .map_err(|error| self.station.transport("sending a command", &error))?;
-            let connected = pending.number_of_server_connections() > 0;
-            loop {
-                // `over` is computed before the reply is read: a controller that replies and then
-                // disconnects must not end the loop with its reply unread.
-                let over = !connected || !pending.is_connected() || start.elapsed() >= patience;
-                if let Ok(Some(reply)) = pending.receive() {
-                    return Ok(*reply.payload());
-                }
-                std::thread::sleep(Duration::from_millis(2));
-                if over {
-                    break;
-                }
-            }
-        }
-        let waited_ms = start.elapsed().as_millis();
-        Err(ServiceError::NoAnswer {
-            station: self.station.name.clone(),
-            waited_ms,
-        })
+        command_through(&self.commands, &self.station, command, timeout)
     }
 
-    /// Removes what processes that died left in iceoryx2.
+    /// Removes the iceoryx2 resources of processes that died.
     pub fn forget_dead(&self) {
         self.member.forget_dead();
     }

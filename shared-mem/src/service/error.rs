@@ -16,13 +16,16 @@ pub enum ServiceError {
          choose another name with --station"
     )]
     SecondController(String),
-    /// Another display leads the emulated hand.
+    /// Another display controls the emulated hand.
     #[error("station '{0}': another display has the instrument in hand; let go of it there (M)")]
     SecondHand(String),
     /// Another host publishes the state of this station's task.
     #[error("station '{0}': another `calot run` assesses its task; end it first")]
     SecondTask(String),
-    /// A process of another version has the service open, with another layout of its messages.
+    /// Another host answers the instructors of this station.
+    #[error("station '{0}': another `calot run` answers its instructors; end it first")]
+    SecondDesk(String),
+    /// A process of another version has opened the service with another layout of its messages.
     #[error("station '{station}', service '{service}': a process of another version runs; end it")]
     OtherVersion {
         /// Station.
@@ -83,7 +86,7 @@ pub enum ServiceError {
         station: String,
         /// Processes that have it open.
         processes: String,
-        /// The folder that this process looks into.
+        /// The folder in which this process searches.
         place: String,
         /// Likely causes.
         why: &'static str,
@@ -134,11 +137,11 @@ pub enum ServiceError {
         doing: &'static str,
         /// iceoryx2's own words.
         detail: String,
-        /// Patterns of the names of the station's files.
+        /// File-name patterns of the station's files.
         files: String,
     },
-    /// No controller answered.
-    #[error("station '{station}': no controller answered within {waited_ms} ms")]
+    /// No controller, or no desk for instructors, answered.
+    #[error("station '{station}': nobody answered within {waited_ms} ms")]
     NoAnswer {
         /// Station.
         station: String,

@@ -26,8 +26,7 @@ pub(super) fn user() -> u32 {
     rustix::process::geteuid().as_raw()
 }
 
-/// Name of the user with this uid, from /etc/passwd: "user anna". If /etc/passwd has none, the uid:
-/// "user 1001".
+/// The user with this uid in words: "user anna" if /etc/passwd has a name, else "user 1001".
 #[must_use]
 pub fn owner(user: u32) -> String {
     let users = std::fs::read_to_string("/etc/passwd").unwrap_or_default();
@@ -47,13 +46,13 @@ pub(super) fn foreign(path: &std::path::Path) -> Option<(PathBuf, String)> {
     (meta.uid() != user()).then(|| (path.to_owned(), owner(meta.uid())))
 }
 
-/// The folder of this user's stations. If it does not exist, it is made with access for this user
-/// alone. Another user can guess the path and make a folder or link there first. So a folder of
-/// another user, a folder that other users can write to, and anything that is not a folder are
-/// refused.
+/// The folder of this user's stations. If it does not exist, this function makes it with access for
+/// this user alone. Another user can guess the path and make a folder or link there first. So this
+/// function refuses a folder of another user, a folder that other users can write to, and anything
+/// that is not a folder.
 ///
 /// # Errors
-/// [`ServiceError::Folder`] says what is wrong with the folder.
+/// [`ServiceError::Folder`] names the folder's fault.
 pub fn user_folder() -> Result<PathBuf, ServiceError> {
     use std::os::unix::fs::{DirBuilderExt, MetadataExt};
     let user = user();

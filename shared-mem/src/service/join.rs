@@ -1,19 +1,19 @@
-//! Joining a station and leaving it. An end is one process's set of open ports of a station
+//! Joining a station and leaving it. An end is a process's set of open ports of a station
 //! (`Controller`, `Host`, ...). The first end that joins removes the files that crashed processes
-//! left. The last end that leaves removes all files of the station. Each end allocates its shared
-//! memory before it uses it.
+//! left. The last end that leaves removes all files of the station. Each end allocates all its
+//! shared memory when it joins.
 
 use std::path::Path;
 
 use iceoryx2::node::{Node, NodeBuilder};
 use iceoryx2::prelude::{LogLevel, SignalHandlingMode, ipc, set_log_level};
 
-use super::presence::{self, Held, Presence};
-use super::room::{self, Lack, Reservation};
-use super::{MAX_LOANS, Quality, ServiceError, Station, folder};
+use super::memory::{self, MemoryError, Reservation};
+use super::presence::{self, HeldName, Presence};
+use super::{MAX_LOANS, QualityOfService, ServiceError, Station, folder};
 
-/// Upper bound for the files that iceoryx2 keeps for one service and one node, bytes. The test
-/// `what_a_station_reserves_is_what_it_takes` checks it.
+/// Upper bound for the size of the files that iceoryx2 keeps for one service and one node, bytes.
+/// The test `a_station_reserves_the_memory_that_it_uses` checks it.
 const SERVICE_BYTES: u64 = 64 << 10;
 /// Bytes of a connection between a publisher and a reader, without its queues and flags.
 const CONNECTION_BYTES: u64 = 8 << 10;
@@ -22,9 +22,9 @@ const HEADER_BYTES: usize = 64;
 
 /// Shared memory that an end needs for one service, bytes.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Need(u64);
+pub(super) struct MemoryNeed(u64);
 
-impl Need {
+impl MemoryNeed {
     /// Upper bound for the command service, whose requests and replies are small.
     pub(super) const COMMANDS: Self = Self(512 << 10);
 
@@ -32,62 +32,61 @@ impl Need {
         self.0
     }
 
-    /// Need of a publisher: its samples, and the connections to all readers.
-    pub(super) const fn publisher<T>(quality: Quality) -> Self {
+    /// A publisher needs memory for its samples and for the connections to all readers.
+    pub(super) const fn publisher<T>(quality: QualityOfService) -> Self {
         let samples = Self::samples(quality) * (size_of::<T>() + HEADER_BYTES);
         let readers = quality.readers as u64;
         Self(samples as u64 + SERVICE_BYTES + readers * Self::connection(quality))
     }
 
-    /// Need of a reader: its connection, and the files of the service, because the reader may be
-    /// the first to open the service.
-    pub(super) const fn subscriber(quality: Quality) -> Self {
+    /// A reader needs memory for its connection, and for the files of the service, because it may
+    /// be the first that opens the service.
+    pub(super) const fn subscriber(quality: QualityOfService) -> Self {
         Self(SERVICE_BYTES + Self::connection(quality))
     }
 
-    /// Number of a publisher's samples, as iceoryx2 counts them.
-    const fn samples(quality: Quality) -> usize {
+    /// Number of samples that iceoryx2 allocates for a publisher.
+    const fn samples(quality: QualityOfService) -> usize {
         quality.readers * (quality.buffer + 2) + quality.history + MAX_LOANS
     }
 
-    /// Bytes of a connection: two queues of numbers, and a flag for every sample.
-    const fn connection(quality: Quality) -> u64 {
+    /// Bytes of a connection: two queues of sample numbers, and a flag for every sample.
+    const fn connection(quality: QualityOfService) -> u64 {
         let queues = 2 * (quality.buffer + MAX_LOANS + 4) * 8;
         CONNECTION_BYTES + (queues + Self::samples(quality)) as u64
     }
 }
 
-/// Hold on the name of a running station: exclusive where abstract sockets work, else none. It
-/// needs no file, and the kernel releases it when the process ends.
+/// Exclusive claim to the name of a running station. It has no effect where abstract sockets do not
+/// work. It needs no file, and the kernel releases it when the process ends.
 #[derive(Debug)]
 pub struct Claim {
-    _held: Option<Held>,
+    _held: Option<HeldName>,
 }
 
-/// An end that is joining, after the check that the memory for its ports is free. While it has the
-/// turn, no other end of the station joins or leaves. It has no turn if abstract sockets do not
-/// work or the wait for the turn was too long.
+/// An end that is joining: the memory for its ports was free. While it holds the turn (a lock), no
+/// other end of the station joins or leaves. It has no turn if abstract sockets do not work or the
+/// wait for the turn was too long.
 pub(super) struct Joining<'a> {
     station: &'a Station,
-    /// It is dropped before `presence`, because leaving needs the turn.
-    turn: Option<Held>,
+    /// Dropped before `presence`, because leaving needs the turn.
+    turn: Option<HeldName>,
     node: Node<ipc::Service>,
     presence: Leaving,
 }
 
-/// Membership of an end in a station. An end holds it in its last field, so that it is dropped
-/// after the end's iceoryx2 ports.
+/// Membership of an end in a station. It is the last field of each end, so that it is dropped after
+/// the end's iceoryx2 ports.
 #[derive(Debug)]
 pub(super) struct Member {
-    /// Sign that the end's services are open. It is dropped before the node, so that a process that
-    /// sees the sign also finds the node's files.
-    _open: Option<Held>,
+    /// Held name that shows that the end's services are open. It is dropped before the node, so
+    /// that a process that sees this name also finds the node's files.
+    _open: Option<HeldName>,
     node: Node<ipc::Service>,
     _presence: Leaving,
 }
 
-/// Presence of an end. When it is dropped and no other end is present, it removes the station's
-/// files.
+/// Presence of an end. Dropping it removes the station's files if no other end is present.
 #[derive(Debug)]
 struct Leaving {
     presence: Presence,
@@ -98,7 +97,7 @@ impl Drop for Leaving {
     fn drop(&mut self) {
         let station = &self.station;
         self.presence
-            .leave(|| room::sweep(&station.root, &station.prefix));
+            .leave(|| memory::remove_files(&station.root, &station.prefix));
     }
 }
 
@@ -109,13 +108,13 @@ impl Station {
     }
 
     /// Takes the station's name for the process that runs the station. If another process holds the
-    /// name, `who` describes that process for the error; its argument is the inode of the socket
+    /// name, `who` describes that process for the error. Its argument is the inode of the socket
     /// that holds the name, if the kernel reports one.
     ///
     /// # Errors
     /// [`ServiceError::RunsAlready`] if another process holds the name.
     pub fn claim(&self, who: impl FnOnce(Option<u64>) -> String) -> Result<Claim, ServiceError> {
-        match Held::take(self.base()) {
+        match HeldName::take(self.base()) {
             Ok(None) => Err(ServiceError::RunsAlready {
                 station: self.name.clone(),
                 by: who(presence::inode(&self.base())),
@@ -135,8 +134,8 @@ impl Station {
     }
 
     /// Joins the station. `needs` lists the shared memory that the end's services need.
-    pub(super) fn join(&self, needs: &[Need]) -> Result<Joining<'_>, ServiceError> {
-        // iceoryx2 would print a page of warnings for each process of a station that was killed.
+    pub(super) fn join(&self, needs: &[MemoryNeed]) -> Result<Joining<'_>, ServiceError> {
+        // At a lower level, iceoryx2 prints a page of warnings for each process that was killed.
         set_log_level(LogLevel::Error);
         let base = self.base();
         let turn = presence::turn(&base);
@@ -145,8 +144,8 @@ impl Station {
             station: self.clone(),
         };
         if turn.is_some() && leaving.presence.is_alone() {
-            leaving.presence.bury();
-            room::sweep(&self.root, &self.prefix);
+            leaving.presence.remove_dead();
+            memory::remove_files(&self.root, &self.prefix);
         }
         let node = self
             .check_files(&leaving.presence)
@@ -166,30 +165,30 @@ impl Station {
         }
     }
 
-    /// Checks that the memory is free: reserves it and frees it again. An end that has the turn
-    /// then opens its files before another end of the station can take the memory.
-    pub(super) fn room_for(&self, needs: &[Need]) -> Result<(), ServiceError> {
+    /// Checks that the memory is free: reserves it and frees it again. An end that holds the turn
+    /// then allocates the memory before another end of the station can take it.
+    pub(super) fn room_for(&self, needs: &[MemoryNeed]) -> Result<(), ServiceError> {
         let sizes: Vec<u64> = needs.iter().map(|need| need.bytes()).collect();
-        let reserved: Result<Reservation, _> = room::reserve(&self.prefix, &sizes);
-        reserved.map(drop).map_err(|lack| self.lack(lack))
+        let reserved: Result<Reservation, _> = memory::reserve(&self.prefix, &sizes);
+        reserved.map(drop).map_err(|error| self.memory_error(error))
     }
 
-    /// Refuses a station that processes have open but whose files this process does not find.
+    /// Refuses a station that other processes have open but whose files this process does not find.
     fn check_files(&self, presence: &Presence) -> Result<(), ServiceError> {
-        let are_in = |folder: &Path| !room::files(folder, &self.prefix).is_empty();
-        let shared = Path::new(room::SHARED);
+        let are_in = |folder: &Path| !memory::files(folder, &self.prefix).is_empty();
+        let shared = Path::new(memory::SHARED);
         let is_there = || are_in(shared) && are_in(&self.root.join("services"));
-        if presence.open().is_empty() || is_there() {
+        if presence.open_processes().is_empty() || is_there() {
             return Ok(());
         }
-        // The last member may have left between the two checks, so they are made again.
-        let processes = presence.open();
+        // The last member may have left between the two checks, so both are repeated.
+        let processes = presence.open_processes();
         if processes.is_empty() || is_there() {
             return Ok(());
         }
         let (place, why) = match are_in(shared) {
             false => (
-                room::SHARED.to_owned(),
+                memory::SHARED.to_owned(),
                 "either logind's RemoveIPC (at a log-out) or a clean-up removed them: restart the \
                  station. Or this process sees another /dev/shm (a container): run it where the \
                  station runs",
@@ -218,29 +217,29 @@ impl Station {
             .inspect(|_| self.close_to_others())
     }
 
-    /// Takes access away from other users. iceoryx2 leaves the folder open to the user's group, and
-    /// some of its files in /dev/shm open to everybody.
+    /// Removes the access of other users. iceoryx2 gives the user's group access to the folder, and
+    /// everybody access to some of its files in /dev/shm.
     fn close_to_others(&self) {
-        room::files(Path::new(room::SHARED), &self.prefix)
+        memory::files(Path::new(memory::SHARED), &self.prefix)
             .iter()
             .chain([&self.root])
             .for_each(|path| folder::close(path));
     }
 
-    fn lack(&self, lack: Lack) -> ServiceError {
+    fn memory_error(&self, error: MemoryError) -> ServiceError {
         let station = self.name.clone();
-        match lack {
-            Lack::Room { need, free } => ServiceError::NoRoom {
+        match error {
+            MemoryError::Room { need, free } => ServiceError::NoRoom {
                 station,
                 need,
                 free,
             },
-            Lack::FileSize { need, limit } => ServiceError::FileSize {
+            MemoryError::FileSize { need, limit } => ServiceError::FileSize {
                 station,
                 need,
                 limit,
             },
-            Lack::Folder(problem) => ServiceError::SharedMemory { station, problem },
+            MemoryError::Folder(problem) => ServiceError::SharedMemory { station, problem },
         }
     }
 }
@@ -251,8 +250,8 @@ impl Joining<'_> {
         &self.node
     }
 
-    /// Allocates all pages of the station's files, shows that the services are open, and gives the
-    /// turn back.
+    /// Allocates all pages of the station's files, shows that the services are open, and releases
+    /// the turn.
     pub(super) fn finish(self) -> Result<Member, ServiceError> {
         let Self {
             station,
@@ -260,12 +259,12 @@ impl Joining<'_> {
             node,
             presence,
         } = self;
-        let filled = room::fill(&station.prefix).map_err(|lack| station.lack(lack));
-        let open = presence.presence.opened();
+        let filled = memory::fill(&station.prefix).map_err(|error| station.memory_error(error));
+        let open = presence.presence.show_open();
         drop(turn);
-        if let Err(lack) = filled {
+        if let Err(error) = filled {
             drop((open, node));
-            return Err(lack);
+            return Err(error);
         }
         Ok(Member {
             _open: open,
@@ -276,7 +275,7 @@ impl Joining<'_> {
 }
 
 impl Member {
-    /// Removes what processes that died left in iceoryx2.
+    /// Removes the iceoryx2 resources of processes that died.
     pub(super) fn forget_dead(&self) {
         self.node.try_cleanup_dead_nodes();
     }

@@ -1,16 +1,19 @@
-//! iceoryx2 services and their ends. Only this module sets their names and quality of service.
+//! iceoryx2 services and their ends. This module alone sets the services' names and quality of
+//! service.
 //!
 //! A [`Station`] is the name under which the processes of one simulator meet. Stations that run at
 //! the same time, such as those of tests, do not see each other. One process, the controller, holds
 //! the [`Controller`] end. Up to [`MAX_HOSTS`] other processes, the hosts, each hold a [`Host`] end
 //! or, as a recorder, a [`Tap`]. They may start in any order, die, and start again.
 
+mod acts;
+mod command;
 mod ends;
 mod error;
 mod folder;
 mod join;
+mod memory;
 mod presence;
-mod room;
 
 use std::path::{Path as StdPath, PathBuf};
 
@@ -22,8 +25,10 @@ use iceoryx2::prelude::{BackpressureStrategy, FileName, Path, SemanticString, Ze
 use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenOrCreateError;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
-use crate::message::{CommandMsg, ReplyMsg};
+use crate::message::{ActMsg, ActReply, CommandMsg, ReplyMsg};
 
+pub use acts::{ActDesk, ActRequest, ActSender};
+pub use command::Commander;
 pub use ends::{
     Controller, HandReceiver, HandSender, Host, Request, Tap, TaskReceiver, TaskSender,
 };
@@ -33,15 +38,15 @@ pub use join::Claim;
 
 /// Largest number of readers (displays, recorders, links, surgeons) of one station at once.
 pub const MAX_HOSTS: usize = 8;
-/// Largest number of samples of one service that the controller may hold on loan: one more than it
-/// lends to the tick (`SLOTS` in `handover.rs` of `rt-process`).
+/// Largest number of samples of one service that the controller may have on loan from iceoryx2: one
+/// more than the tick uses (`SLOTS` in `handover.rs` of `rt-process`).
 pub const MAX_LOANS: usize = 6;
 /// Version of the messages. It is part of every service's name.
 const VERSION: &str = "v3";
-/// Number of events by which a host can fall behind. A host that falls behind further loses events
-/// and sees a gap in `sequence`.
+/// Largest number of unread events of a host. A host that falls behind further loses events and
+/// sees a gap in `sequence`.
 const EVENT_BUFFER: usize = 1024;
-/// Number of timing batches by which a host can fall behind: about 16 s at 1 kHz.
+/// Largest number of unread timing batches of a host: about 16 s at 1 kHz.
 const TIMING_BUFFER: usize = 256;
 
 /// A station: the name under which its processes meet.
@@ -49,9 +54,9 @@ const TIMING_BUFFER: usize = 256;
 pub struct Station {
     name: String,
     config: Config,
-    /// Beginning of the names of the station's iceoryx2 files. It contains the uid, because one
-    /// user cannot open the files of another. It ends in a dot, which no station's name contains,
-    /// so that it matches no file of a station with a longer name.
+    /// Prefix of the names of the station's iceoryx2 files. It contains the uid, because one user
+    /// cannot open the files of another. It ends in a dot, which no station's name contains. So it
+    /// matches no file of a station with a longer name.
     prefix: String,
     root: PathBuf,
 }
@@ -75,7 +80,7 @@ impl Station {
             problem: "its name is too long, or not plain".to_owned(),
         })?;
         config.global.set_root_path(&path);
-        // Each process that joins removes what dead processes left in iceoryx2.
+        // Each process that joins removes the iceoryx2 resources of dead processes.
         config.global.node.cleanup_dead_nodes_on_creation = true;
         Ok(Self {
             name: name.to_owned(),
@@ -103,7 +108,7 @@ impl Station {
         &self.name
     }
 
-    /// Beginning of the names of the station's iceoryx2 files in /dev/shm.
+    /// Prefix of the names of the station's iceoryx2 files in /dev/shm.
     #[must_use]
     pub fn file_prefix(&self) -> &str {
         &self.prefix
@@ -112,8 +117,8 @@ impl Station {
     fn transport(&self, doing: &'static str, error: &dyn core::fmt::Debug) -> ServiceError {
         let station = self.name.clone();
         let services = self.root.join("services");
-        let folders = [StdPath::new(room::SHARED), services.as_path()];
-        let files = folders.map(|it| room::files(it, &self.prefix));
+        let folders = [StdPath::new(memory::SHARED), services.as_path()];
+        let files = folders.map(|it| memory::files(it, &self.prefix));
         if let Some((file, owner)) = files.iter().flatten().find_map(|it| folder::foreign(it)) {
             return ServiceError::Foreign {
                 station,
@@ -135,7 +140,7 @@ impl Station {
         &self,
         node: &Node<ipc::Service>,
         service: &'static str,
-        quality: Quality,
+        quality: QualityOfService,
     ) -> Result<PortFactory<ipc::Service, T, ()>, ServiceError>
     where
         T: core::fmt::Debug + ZeroCopySend + 'static,
@@ -169,27 +174,47 @@ impl Station {
             })
     }
 
-    fn commands(&self, node: &Node<ipc::Service>) -> Result<Commands, ServiceError> {
-        let name = format!("calot/command/{VERSION}");
+    fn commands(
+        &self,
+        node: &Node<ipc::Service>,
+    ) -> Result<Asking<CommandMsg, ReplyMsg>, ServiceError> {
+        self.asking(node, "command")
+    }
+
+    fn acts(&self, node: &Node<ipc::Service>) -> Result<Asking<ActMsg, ActReply>, ServiceError> {
+        self.asking(node, "acts")
+    }
+
+    /// A service in which hosts ask and one process answers.
+    fn asking<Q, A>(
+        &self,
+        node: &Node<ipc::Service>,
+        service: &'static str,
+    ) -> Result<Asking<Q, A>, ServiceError>
+    where
+        Q: core::fmt::Debug + ZeroCopySend + 'static,
+        A: core::fmt::Debug + ZeroCopySend + 'static,
+    {
+        let name = format!("calot/{service}/{VERSION}");
         let name = name
             .as_str()
             .try_into()
             .map_err(|e| self.transport("naming", &e))?;
         node.service_builder(&name)
-            .request_response::<CommandMsg, ReplyMsg>()
+            .request_response::<Q, A>()
             .max_servers(1)
             .max_clients(MAX_HOSTS)
             .max_nodes(MAX_HOSTS + 2)
             .max_active_requests_per_client(4)
             .open_or_create()
-            .map_err(|error| self.transport("opening the command service", &error))
+            .map_err(|error| self.transport("opening a service of requests", &error))
     }
 
     fn publisher<T>(
         &self,
         node: &Node<ipc::Service>,
         service: &'static str,
-        quality: Quality,
+        quality: QualityOfService,
     ) -> Result<Publisher<ipc::Service, T, ()>, ServiceError>
     where
         T: core::fmt::Debug + ZeroCopySend + 'static,
@@ -211,7 +236,7 @@ impl Station {
         &self,
         node: &Node<ipc::Service>,
         service: &'static str,
-        quality: Quality,
+        quality: QualityOfService,
     ) -> Result<Subscriber<ipc::Service, T, ()>, ServiceError>
     where
         T: core::fmt::Debug + ZeroCopySend + 'static,
@@ -234,41 +259,37 @@ impl Station {
     }
 }
 
-type Commands = iceoryx2::service::port_factory::request_response::PortFactory<
-    ipc::Service,
-    CommandMsg,
-    (),
-    ReplyMsg,
-    (),
->;
+type Asking<Q, A> =
+    iceoryx2::service::port_factory::request_response::PortFactory<ipc::Service, Q, (), A, ()>;
 
 #[derive(Clone, Copy)]
-struct Quality {
+struct QualityOfService {
     buffer: usize,
     history: usize,
     readers: usize,
 }
 
-/// For services whose newest message alone counts. A reader that joins gets that message at once.
-const NEWEST: Quality = Quality {
+/// For services of which readers need only the newest message. A reader that joins gets that
+/// message at once.
+const NEWEST: QualityOfService = QualityOfService {
     buffer: 2,
     history: 1,
     readers: MAX_HOSTS,
 };
-const EVENTS: Quality = Quality {
+const EVENTS: QualityOfService = QualityOfService {
     buffer: EVENT_BUFFER,
     history: 64,
     readers: MAX_HOSTS,
 };
-const TIMING: Quality = Quality {
+const TIMING: QualityOfService = QualityOfService {
     buffer: TIMING_BUFFER,
     history: 1,
     readers: MAX_HOSTS,
 };
 
 /// For `inputs`: a recorder that gets no processor time for 8 s loses nothing at 1 kHz. Only two
-/// readers may listen, because the controller locks memory for each reader's buffer.
-const INPUTS: Quality = Quality {
+/// readers are permitted, because the controller locks memory for each reader's buffer.
+const INPUTS: QualityOfService = QualityOfService {
     buffer: 128,
     history: 0,
     readers: 2,
@@ -301,7 +322,7 @@ mod tests {
     fn one_host_too_many_is_refused_with_the_number() {
         let station = station("many");
         let _controller = Controller::open(&station).expect("a controller");
-        // A recorder takes a place as a display does.
+        // A recorder counts as a reader, like a display.
         let _recorder = Tap::open(&station).expect("a recorder");
         let hosts: Result<Vec<Host>, _> = (0..MAX_HOSTS).map(|_| Host::open(&station)).collect();
         let said = hosts.expect_err("one is too many").to_string();

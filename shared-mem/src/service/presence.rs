@@ -1,5 +1,5 @@
-//! Members of a station. Each shows its presence by an abstract Unix socket, which needs no file
-//! that a clean-up could remove, and which the kernel closes when its process ends. A process in
+//! Members of a station. Each shows its presence by an abstract Unix socket. Such a socket needs no
+//! file that a clean-up could remove, and the kernel closes it when its process ends. A process in
 //! another network namespace does not see the socket. So each member also keeps a locked file in
 //! /dev/shm.
 
@@ -13,22 +13,22 @@ use std::time::{Duration, Instant};
 use rustix::fs::{AtFlags, CWD, FlockOperation, Mode, OFlags};
 use rustix::io::Errno;
 
-use super::room;
+use super::memory;
 
-/// Longest wait for the turn. The end that has the turn joins or leaves within milliseconds, unless
-/// its process is stopped.
-const PATIENCE: Duration = Duration::from_secs(5);
-/// Largest number of numbered names that one process tries. Each of its ends takes one name.
+/// Longest wait for the turn: the lock that an end holds while it joins or leaves. That takes
+/// milliseconds, unless its process is stopped.
+const TURN_TIMEOUT: Duration = Duration::from_secs(5);
+/// Number of numbered names that one process tries. Each of its ends takes one name.
 const ENDS_MAX: u32 = 1000;
 
 /// A name that this process holds by an abstract socket, until it ends or drops this value.
 #[derive(Debug)]
-pub(super) struct Held {
+pub(super) struct HeldName {
     name: String,
     _socket: UnixListener,
 }
 
-impl Held {
+impl HeldName {
     /// Takes a name; `None` if it is already held.
     pub(super) fn take(name: String) -> Result<Option<Self>, Error> {
         let address = SocketAddr::from_abstract_name(&name)?;
@@ -42,13 +42,13 @@ impl Held {
         }
     }
 
-    fn numbered(stem: &str) -> Option<Self> {
+    fn take_numbered(stem: &str) -> Option<Self> {
         let process = std::process::id();
         (0..ENDS_MAX).find_map(|n| Self::take(format!("{stem}.{process}.{n}")).ok().flatten())
     }
 }
 
-/// Every held name that begins with `stem`; `None` if the kernel's table cannot be read.
+/// All held names that begin with `stem`; `None` if the kernel's table cannot be read.
 pub(super) fn held(stem: &str) -> Option<Vec<String>> {
     let table = table()?;
     let names = rows(&table).map(|(_, name)| name);
@@ -69,18 +69,18 @@ fn table() -> Option<String> {
     Some(String::from_utf8_lossy(&table).into_owned())
 }
 
-/// Rows of the table that have an abstract name. Each is split into the name and the columns before
-/// the name, of which the last is the inode.
+/// Rows of the table that have an abstract name. Each row is split into the columns before the name
+/// and the name. The last of these columns is the inode.
 fn rows(table: &str) -> impl Iterator<Item = (&str, &str)> {
     table.lines().filter_map(|line| line.split_once(" @"))
 }
 
-/// Waits for the turn to join or leave. One end of a station has it at a time. `None` if the wait
-/// is longer than [`PATIENCE`] or abstract sockets do not work.
-pub(super) fn turn(base: &str) -> Option<Held> {
+/// Waits for the turn to join or leave. Only one end of a station holds it at a time. `None` if the
+/// wait is longer than [`TURN_TIMEOUT`] or abstract sockets do not work.
+pub(super) fn turn(base: &str) -> Option<HeldName> {
     let start = Instant::now();
-    while start.elapsed() < PATIENCE {
-        match Held::take(format!("{base}.turn")) {
+    while start.elapsed() < TURN_TIMEOUT {
+        match HeldName::take(format!("{base}.turn")) {
             Ok(Some(turn)) => return Some(turn),
             Ok(None) => std::thread::sleep(Duration::from_millis(2)),
             Err(_) => return None,
@@ -92,23 +92,23 @@ pub(super) fn turn(base: &str) -> Option<Held> {
 /// A file in /dev/shm that shows an end's presence: it stays locked until its process ends or drops
 /// this value.
 #[derive(Debug)]
-struct Mark {
+struct PresenceFile {
     path: PathBuf,
     _locked: File,
 }
 
-impl Mark {
-    /// Makes the file. It is locked before it gets its name, so that no process takes it for the
-    /// file of a dead one.
+impl PresenceFile {
+    /// Makes the file. It is locked before it gets its name, so that no other process mistakes it
+    /// for a file of a dead process.
     fn set(stem: &str) -> Option<Self> {
         let flags = OFlags::TMPFILE | OFlags::RDWR | OFlags::CLOEXEC;
-        let file = rustix::fs::open(room::SHARED, flags, Mode::RUSR | Mode::WUSR).ok()?;
+        let file = rustix::fs::open(memory::SHARED, flags, Mode::RUSR | Mode::WUSR).ok()?;
         rustix::fs::flock(&file, FlockOperation::NonBlockingLockExclusive).ok()?;
         let file = File::from(file);
         let from = format!("/proc/self/fd/{}", std::os::fd::AsRawFd::as_raw_fd(&file));
         let process = std::process::id();
         for n in 0..ENDS_MAX {
-            let path = Path::new(room::SHARED).join(format!("{stem}.{process}.{n}"));
+            let path = Path::new(memory::SHARED).join(format!("{stem}.{process}.{n}"));
             match rustix::fs::linkat(CWD, &*from, CWD, &path, AtFlags::SYMLINK_FOLLOW) {
                 Ok(()) => {
                     let _locked = file;
@@ -121,9 +121,9 @@ impl Mark {
         None
     }
 
-    /// True if a living process holds this file, or if opening or locking it fails for another
-    /// reason: a doubtful file is not swept. False if the file can be locked, is gone, or is a
-    /// link.
+    /// True if a living process holds this file. True also if opening or locking it fails for
+    /// another reason, because a doubtful file must not be removed. False if the file can be
+    /// locked, is gone, or is a link.
     fn is_held(path: &Path) -> bool {
         let flags = OFlags::RDONLY | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
         let file = match rustix::fs::open(path, flags, Mode::empty()) {
@@ -134,7 +134,7 @@ impl Mark {
     }
 }
 
-impl Drop for Mark {
+impl Drop for PresenceFile {
     fn drop(&mut self) {
         let _ = std::fs::remove_file(&self.path);
     }
@@ -144,8 +144,8 @@ impl Drop for Mark {
 #[derive(Debug)]
 pub(super) struct Presence {
     base: String,
-    here: Option<Held>,
-    mark: Option<Mark>,
+    name: Option<HeldName>,
+    file: Option<PresenceFile>,
 }
 
 impl Presence {
@@ -153,42 +153,46 @@ impl Presence {
     pub(super) fn enter(base: &str) -> Self {
         Self {
             base: base.to_owned(),
-            here: Held::numbered(&format!("{base}.here")),
-            mark: Mark::set(&format!("{base}.here")),
+            name: HeldName::take_numbered(&format!("{base}.here")),
+            file: PresenceFile::set(&format!("{base}.here")),
         }
     }
 
-    /// True if surely no other end is present. False also if this end has no name of its own or the
-    /// kernel's table cannot be read.
+    /// True if certainly no other end is present. False also if this end has no name of its own or
+    /// the kernel's table cannot be read.
     pub(super) fn is_alone(&self) -> bool {
-        let own = self.here.as_ref().map(|it| &it.name);
+        let own = self.name.as_ref().map(|it| &it.name);
         own.is_some()
             && held(&format!("{}.here.", self.base))
                 .is_some_and(|all| all.iter().all(|name| Some(name) == own))
-            && self.other_marks().iter().all(|path| !Mark::is_held(path))
+            && self
+                .other_files()
+                .iter()
+                .all(|path| !PresenceFile::is_held(path))
     }
 
-    fn other_marks(&self) -> Vec<PathBuf> {
-        let own = self.mark.as_ref().map(|it| &it.path);
-        let mut all = room::files(Path::new(room::SHARED), &format!("{}.here.", self.base));
+    fn other_files(&self) -> Vec<PathBuf> {
+        let own = self.file.as_ref().map(|it| &it.path);
+        let mut all = memory::files(Path::new(memory::SHARED), &format!("{}.here.", self.base));
         all.retain(|path| Some(path) != own);
         all
     }
 
-    /// Removes the presence files of dead members. Only a member that is alone may call it.
-    pub(super) fn bury(&self) {
-        for path in self.other_marks() {
+    /// Removes the presence files of dead members. Only a member that is alone may call this
+    /// method.
+    pub(super) fn remove_dead(&self) {
+        for path in self.other_files() {
             let _ = std::fs::remove_file(path);
         }
     }
 
     /// Shows that this end has the services open.
-    pub(super) fn opened(&self) -> Option<Held> {
-        Held::numbered(&format!("{}.open", self.base))
+    pub(super) fn show_open(&self) -> Option<HeldName> {
+        HeldName::take_numbered(&format!("{}.open", self.base))
     }
 
     /// Processes that have the services open.
-    pub(super) fn open(&self) -> Vec<u32> {
+    pub(super) fn open_processes(&self) -> Vec<u32> {
         let stem = format!("{}.open.", self.base);
         let names = held(&stem).unwrap_or_default();
         let process = |name: &String| {
@@ -201,14 +205,14 @@ impl Presence {
         processes
     }
 
-    /// Leaves the station. Runs `last` if it gets the turn and no other end is present.
+    /// Leaves the station. Runs `last` if this end gets the turn and no other end is present.
     pub(super) fn leave(&mut self, last: impl FnOnce()) {
         let turn = turn(&self.base);
         if turn.is_some() && self.is_alone() {
-            self.bury();
+            self.remove_dead();
             last();
         }
-        self.here = None;
-        self.mark = None;
+        self.name = None;
+        self.file = None;
     }
 }

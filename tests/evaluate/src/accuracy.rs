@@ -17,15 +17,15 @@ use crate::solved::{self, Answer, tell};
 const TICK_S: f32 = 1e-3;
 /// Ticks in which the load grows.
 const RAMP_TICKS: usize = 800;
-/// Ticks in which the body may then settle.
+/// Largest number of further ticks in which the body settles.
 const SETTLE_TICKS: usize = 6000;
-/// Ticks in a step of an implicit method on its way to rest.
+/// Ticks per step of an implicit method while the body settles.
 const IMPLICIT_TICKS: usize = 8;
 /// A body whose spheres are all slower than this has settled, m/s.
 const STILL_M_S: f32 = 2e-4;
 /// Number of timing rounds. In each round all methods take turns.
 const ROUNDS: usize = 9;
-/// Ticks of a turn.
+/// Ticks per turn of a method.
 const TURN_TICKS: usize = 6;
 
 /// One line of `accuracy.csv`.
@@ -68,7 +68,7 @@ pub(crate) struct Ask {
 }
 
 impl Ask {
-    /// All cases and counts, or few for a quick look.
+    /// All cases and counts, or few of them for a quick run.
     pub(crate) fn new(quick: bool) -> Self {
         if quick {
             return Self {
@@ -89,11 +89,12 @@ impl Ask {
     }
 }
 
-/// Fitted stiffness of the paper's method and of stretch and volume, by sphere count.
+/// Fitted stiffnesses of the paper's method and of the method with stretch and volume constraints,
+/// by sphere count.
 type Fits = BTreeMap<usize, [f32; 2]>;
 
-/// Runs all cases. Progress goes to standard error. `keep` gets the rows so far after each case, so
-/// that an aborted run leaves its results.
+/// Runs all cases. Progress goes to standard error. `keep` receives all rows so far after each
+/// case, so that an aborted run keeps its results.
 ///
 /// # Errors
 /// When the first case has no reference, or `keep` fails. The error gives the reason in words.
@@ -184,7 +185,7 @@ fn one(
     Ok(rows)
 }
 
-/// A body in a scene, with the answer of the reference.
+/// A body in a scene, with the reference's solution.
 struct Stage<'a> {
     body: &'a Body,
     scene: &'a Scene,
@@ -230,7 +231,7 @@ fn is_lost(state: &State) -> bool {
     state.u_m.iter().any(|u| !u.iter().all(|c| c.abs() < 10.0))
 }
 
-/// Advances a method from tick `span[0]` to `span[1]`. The load's share follows from the tick.
+/// Advances a method from tick `span[0]` to `span[1]`. The tick determines the share of the load.
 fn tick(stage: &Stage<'_>, way: Way, method: &mut dyn Method, state: &mut State, span: [f64; 2]) {
     let substeps = way.substeps();
     let around = stage.around();
@@ -285,7 +286,7 @@ fn settle(stage: &Stage<'_>, way: Way, method: &mut dyn Method) -> State {
     state
 }
 
-/// Finds the stiffness at which the mean displacement is the reference's. The mean falls as the
+/// Finds the stiffness at which the mean displacement equals the reference's. The mean falls as the
 /// stiffness rises.
 fn calibrate(stage: &Stage<'_>, way: impl Fn(f32) -> Way) -> f32 {
     let reference = stage.answer.displacement_m.iter().flatten();
@@ -312,7 +313,8 @@ fn calibrate(stage: &Stage<'_>, way: impl Fn(f32) -> Way) -> f32 {
     ((low + high) / 2.0).exp()
 }
 
-/// Stiffness of the paper's method and of stretch and volume, both fitted on the sag.
+/// Stiffnesses of the paper's method and of the method with stretch and volume constraints, both
+/// fitted to the sag.
 ///
 /// # Errors
 /// When the sag has no reference. The error gives the reason in words.
@@ -421,9 +423,9 @@ fn judge(case: &Case, stage: &Stage<'_>, way: Way, state: &State) -> Row {
     row
 }
 
-/// Force of the tissue on each sphere, N. Calot does not report these forces. For its solid
-/// they follow from the displacements. For the paper's method they come from a step of the twin,
-/// this program's own version of the method.
+/// Force of the tissue on each sphere, N. Calot does not report these forces. For Calot's solid
+/// they are computed from the displacements. For the paper's method they come from one step of this
+/// program's own version of that method (the twin).
 fn pull_n(stage: &Stage<'_>, way: Way, state: &State) -> Vec<V3> {
     match way {
         Way::Ours => stage.body.pull_n(&state.u_m),

@@ -1,5 +1,5 @@
-//! A soft body for the fast methods: sphere centres, tetrahedra between them, and the edges of the
-//! tetrahedra; or cubes.
+//! A soft body for the fast methods. It consists of sphere centres, tetrahedra between them and the
+//! edges of the tetrahedra, or of cubes.
 
 use std::collections::BTreeSet;
 
@@ -10,7 +10,7 @@ use scene_prepare::recipe::{Material, MeshOptions};
 
 use crate::scene::{Held, Scene};
 
-/// A point or direction in single precision, in which the realtime methods compute.
+/// A point or direction in single precision, as in the realtime methods.
 pub(crate) type V3 = nalgebra::Vector3<f32>;
 
 /// Material of a body, SI.
@@ -32,13 +32,14 @@ impl Tissue {
         density_kg_m3: 1060.0,
     };
 
-    /// Retardation time, s: Calot's usual viscosity over Young's modulus.
+    /// Retardation time, s: the viscosity of Calot's typical material divided by this Young's
+    /// modulus.
     pub(crate) fn retardation_s(&self) -> f64 {
         let typical = Self::typical();
         typical.retardation_s * typical.young_pa / self.young_pa
     }
 
-    /// Share of velocity lost per second, as Calot gives it to solid organs.
+    /// Rate at which the velocity decays, 1/s: Calot's value for solid organs.
     pub(crate) fn damping_per_s(&self) -> f64 {
         Self::typical().damping_per_s
     }
@@ -63,7 +64,7 @@ impl Tissue {
 pub(crate) struct Tet {
     /// Its spheres.
     pub(crate) nodes: [usize; 4],
-    /// Volume of tissue that the tetrahedron stands for, m³.
+    /// Volume of tissue that the tetrahedron represents, m³.
     pub volume_m3: f32,
     /// Derivatives of the last three barycentric coordinates with respect to the rest position,
     /// 1/m.
@@ -83,7 +84,7 @@ pub(crate) struct Edge {
     pub(crate) nodes: [usize; 2],
     /// Length at rest, m.
     pub(crate) length_m: f32,
-    /// Volume that the edge stands for if the edges share the whole volume, m³.
+    /// Volume that the edge represents if the whole volume is divided among the edges, m³.
     pub volume_m3: f32,
 }
 
@@ -104,7 +105,7 @@ pub(crate) struct Body {
     pub(crate) supported: Vec<bool>,
     /// Springs of spheres that no tetrahedron joins. The springs are also among `edges`.
     pub(crate) springs: Vec<Link>,
-    /// Fewest substeps in a tick, as preparation found them.
+    /// Smallest number of substeps in a tick, from preparation.
     pub(crate) substeps: u32,
     /// Material.
     pub(crate) tissue: Tissue,
@@ -245,14 +246,14 @@ impl Body {
         }
     }
 
-    /// Edge of a cube that has a sphere's share of the volume, m.
+    /// Edge of a cube with the mean volume of a sphere's tissue, m.
     pub(crate) fn spacing_m(&self) -> f32 {
         let volume: f32 = self.mass_kg.iter().sum::<f32>() / self.tissue.density_kg_m3 as f32;
         (volume / self.rest_m.len().max(1) as f32).cbrt()
     }
 
-    /// Force of the material on each sphere under displacements, N, by Calot's neo-Hookean solid in
-    /// the tetrahedra, and by the springs.
+    /// Force of the material on each sphere under these displacements, N: the sum of Calot's
+    /// neo-Hookean tetrahedra and of the springs.
     pub(crate) fn pull_n(&self, u: &[V3]) -> Vec<V3> {
         let mu = STIFFNESS_SHARE * self.tissue.mu() as f32;
         let lambda = STIFFNESS_SHARE * self.tissue.lame() as f32 + mu;

@@ -7,7 +7,8 @@ use scene_prepare::mesh::Mesh;
 
 type Point = Vector3<f64>;
 
-/// Wanted size of elements: a share of the contact's radius where a tool touches, larger elsewhere.
+/// Wanted size of elements: proportional to the contact's radius where a tool touches, larger
+/// elsewhere.
 pub(crate) struct Focus {
     /// Lines on the surface along which the tool touches. For a contact at a point both ends are
     /// equal.
@@ -16,16 +17,16 @@ pub(crate) struct Focus {
     /// have the smallest size.
     pub(crate) least_m: f64,
     /// Radius of the contact at the greatest depth, m. Up to this distance from the lines the size
-    /// is proportional to the distance, so that at every depth the same number of elements fits
-    /// into the contact.
+    /// is proportional to the distance. So the number of elements in the contact is the same at
+    /// every depth.
     pub(crate) most_m: f64,
     /// Size of an element as a share of the contact's radius.
     pub(crate) share: f64,
-    /// Size of an element far off, m.
+    /// Size of an element far from the tool, m.
     pub(crate) largest_m: f64,
 }
 
-/// Growth of the size per distance beyond the greatest contact.
+/// Growth of the size per distance outside the contact at the greatest depth.
 const GROWTH: f64 = 1.5;
 
 impl Focus {
@@ -64,7 +65,7 @@ pub(crate) fn fill(
     let Some(nearest) = Nearest::new(surface) else {
         return Ok(mesh);
     };
-    // Straight edges of elements cut off the rim where the plane meets the surface. So the nodes of
+    // Straight element edges cut off the rim where the plane meets the surface. So the nodes of
     // this rim are moved out to the surface.
     let on_plane = |p: &Point| p[axis] < plane_m + ON_PLANE_M;
     let to_edge = |p: &Point| {
@@ -85,8 +86,8 @@ pub(crate) fn fill(
             *p
         }
     });
-    // Straight edges between nodes of the surface lie inside it. They would make the body too
-    // small, by an error of second order in the element size.
+    // Straight edges between surface nodes lie inside the body. They would make it too small, with
+    // an error of second order in the element size. So they are curved.
     mesh.curve_boundary(|p| {
         let is_rim = || field.at(p).abs() < 0.12 * size_m(p);
         match on_plane(p) {

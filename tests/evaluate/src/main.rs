@@ -1,19 +1,19 @@
 //! `evaluate`: measures solvers, contact, haptics and the drawn skin, as charts. Not shipped.
 //!
 //! ```text
-//! reference   scene × ever finer meshes → difference between the meshes
+//! reference   scene × finer and finer meshes → difference between the meshes
 //! accuracy    case × method × spheres → error against the reference, and time
-//! haptics     device × delay × hand × law → stiffest contact that stays still
+//! haptics     device × delay × hand × law → stiffest stable contact
 //! stability   case × method → largest value that the method survives
-//! collision   organ × size × way → time, and agreement with the exact answer
+//! collision   organ × size × way → time, and agreement with the exact contact
 //! force       case × contact law × spheres → force over depth against the reference
 //! surface     scene × hand × organ → faults of the drawn skin under tools
 //! rest        value of a recipe → speed of tissue that should rest
 //! stay        organ × work → where everything lies two seconds later
-//! solve-force the references of force that are missing
-//! calculix    two references of force, by CalculiX → forces side by side
-//! measured    published measurement → what Calot gives under the same condition
-//! hands       recorded hands of surgeons and novices → the metrics that tell them apart
+//! solve-force solves the missing references of force
+//! calculix    two references of force, by CalculiX → comparison of the forces
+//! measured    published measurement → Calot's result under the same condition
+//! hands       recorded hands of surgeons and novices → the metrics that separate them
 //! all         the first nine, as CSV, SVG and one offline page
 //! tables      the CSV files in tests/results → the tables of its README.md
 //! ```
@@ -50,8 +50,8 @@ use clap::{Args, Parser, Subcommand};
 
 use crate::page::Section;
 
-/// Charts of the solvers: speed against accuracy, measured against finite elements, and the limits
-/// of the methods.
+/// Makes charts of the solvers: speed against accuracy, in comparison with finite elements, and the
+/// limits of the methods.
 #[derive(Parser)]
 struct Cli {
     #[command(subcommand)]
@@ -64,15 +64,15 @@ struct Asked {
     /// Folder for the CSV files, charts and index.html.
     #[arg(long)]
     out: PathBuf,
-    /// Makes a reduced run of seconds instead of many minutes. Its figures are coarse.
+    /// Makes a reduced run that takes seconds instead of many minutes. Its results are coarse.
     #[arg(long)]
     quick: bool,
     /// Runs only the cases whose name contains this ("press", "liver: sag"). `accuracy` also runs
     /// the first case, on which settings are calibrated.
     #[arg(long, value_name = "TEXT")]
     case: Option<String>,
-    /// Runs `force` only for cases whose reference lies in OUT/reference or in the repository, from
-    /// any mesher. Nothing is solved.
+    /// Runs `force` only for cases with a reference, of any mesher, in OUT/reference or in the
+    /// repository. No reference is solved.
     #[arg(long)]
     kept: bool,
 }
@@ -82,41 +82,41 @@ struct Asked {
 struct AskedSolve {
     #[command(flatten)]
     all: Asked,
-    /// Makes elements as large as the contact: a case then takes minutes. Its table says mesher 3.
-    /// References without torque are solved again.
+    /// Makes elements as large as the contact, so that a case takes minutes. Its table has mesher
+    /// 3. References without torque are solved again.
     #[arg(long, conflicts_with = "quick")]
     large: bool,
 }
 
 #[derive(Subcommand)]
 enum Command {
-    /// Measures the reference: the same scenes on ever finer meshes.
+    /// Measures the reference: the same scenes on finer and finer meshes.
     Reference(Asked),
     /// Measures displacement, force and volume errors of every method against its time.
     Accuracy(Asked),
-    /// Finds stability limits: every case with every method, survived or not, and its limit.
+    /// Finds stability limits: which method survives which case, and up to which value.
     Stability(Asked),
-    /// Measures force and torque over depth under rigid tools, against finite elements.
+    /// Compares force and torque over depth under rigid tools with finite elements.
     Force(Asked),
-    /// Solves the references of `force` that are missing, and keeps them in OUT/reference.
+    /// Solves the missing references of `force`, and stores them in OUT/reference.
     SolveForce(AskedSolve),
     /// Compares two references of `force` with CalculiX (`ccx`).
     Calculix(Asked),
     /// Measures time and agreement of the methods that find the spheres, vertices or faces that the
     /// instruments touch.
     Collision(Asked),
-    /// Tests whether contact stays still under a hand: devices, delays, hands, laws.
+    /// Tests whether contact is stable under a hand: devices, delays, hands, laws.
     Haptics(Asked),
-    /// Judges the drawn skin under tools: stretched edges, folds, gaps, loose ends.
+    /// Finds faults of the drawn skin under tools: stretched edges, folds, gaps, loose ends.
     Surface(Asked),
-    /// Lays tissue to rest: sweeps of material, spheres, hold, gravity and form, and the speed that
-    /// is left after 5 s.
+    /// Tests whether tissue comes to rest: sweeps of material, spheres, hold, gravity and form, and
+    /// the remaining speed after 5 s.
     Rest(Asked),
-    /// Presses, pulls and sweeps at every organ, and finds what left its place, lies in another organ
-    /// or still moves 2 s later.
+    /// Presses, pulls and sweeps every organ with a tool. Finds tissue that left its place, lies in
+    /// another organ or still moves 2 s later.
     Stay(Asked),
     /// Measures recorded hands of surgeons and novices with the metrics of sessions. Finds which
-    /// metrics tell the two apart, at which rates and with which noise.
+    /// metrics separate the two groups, at which rates and with which noise.
     ///
     /// The repository has no such recordings. Example: evaluate hands TRIALS --out DIR --leave-out
     /// Lung/N4/05
@@ -127,8 +127,8 @@ enum Command {
     /// Measures everything but `calculix`, `hands` and `measured`. Real organs are read from the
     /// folder that CALOT_ANATOMY names.
     All(Asked),
-    /// Rewrites the tables of README.md in a folder from the CSV files beside it, and those of the
-    /// guide for latency testers.
+    /// Rewrites the tables of README.md in a folder from the CSV files in the same folder, and
+    /// those of the guide for latency testers.
     Tables {
         /// Folder of README.md and the CSV files.
         #[arg(long, default_value = "tests/results")]
@@ -180,7 +180,7 @@ impl Chart {
     }
 }
 
-/// Stack of the thread that measures, bytes. States of simulations are built on it, 4 MB each.
+/// Stack of the thread that measures, bytes. Simulation states of 4 MB each are built on it.
 const STACK_BYTES: usize = 64 << 20;
 
 fn main() -> ExitCode {
@@ -260,7 +260,7 @@ impl Command {
     }
 }
 
-/// Case of `haptics` that measures samples which wait for the tick.
+/// Case of `haptics`: samples that wait for the tick.
 const WAIT: &str = "wait";
 
 fn run(asked: &Asked, charts: &[Chart]) -> Result<(), String> {
@@ -282,13 +282,13 @@ fn rewrite_tables(folder: &Path) -> Result<(), String> {
     let guide = folder.join(tables::GUIDE);
     match std::fs::read_to_string(&guide) {
         Ok(text) => write(folder, tables::GUIDE, &tables::rewrite(&text, folder)?),
-        // A copy of the folder elsewhere has no guide beside it.
+        // The guide is missing if the folder is a copy elsewhere.
         Err(_) => Ok(()),
     }
 }
 
 impl Asked {
-    /// Text that the case's name must contain; empty for every case.
+    /// Text that a case's name must contain; empty for all cases.
     fn only(&self) -> &str {
         self.case.as_deref().unwrap_or_default()
     }

@@ -12,8 +12,8 @@ type Point = Vector3<f64>;
 /// An organ under test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Organ {
-    /// A liver of three ellipsoids and a fossa, 214 mm long, 1.17 L. It is smooth, so that a
-    /// reference converges.
+    /// A liver of three ellipsoids and a fossa, 214 mm long, 1.17 L. It is smooth, so that
+    /// reference solutions converge.
     Liver,
     /// Calot's built-in gallbladder.
     Gallbladder,
@@ -21,8 +21,8 @@ pub(crate) enum Organ {
     Atlas,
 }
 
-/// Environment variable with the folder of real organ meshes. An organ whose mesh is not there is
-/// left out.
+/// Environment variable with the folder of real organ meshes. An organ without a mesh in it is left
+/// out.
 pub(crate) const ANATOMY: &str = "CALOT_ANATOMY";
 
 impl Organ {
@@ -37,8 +37,8 @@ impl Organ {
 
     /// Surface of the organ.
     ///
-    /// # Errors When this machine has no usable mesh of a real organ. The error gives the reason in
-    /// words.
+    /// # Errors
+    /// When this machine has no usable mesh of a real organ. The error gives the reason in words.
     pub(crate) fn mesh(self) -> Result<Mesh, String> {
         match self {
             Self::Liver => Ok(skin(&liver, LIVER_BOUNDS.map(Point::from), 0.0035)),

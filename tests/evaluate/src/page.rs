@@ -17,7 +17,7 @@ pub(crate) struct Section {
     pub(crate) body: String,
 }
 
-/// A table as HTML. The first row is its head; cells are text.
+/// A table as HTML. The first row is its head. Cells are plain text.
 pub(crate) fn table(rows: &[Vec<String>]) -> String {
     let mut html = "<div class=wide><table>".to_owned();
     for (i, row) in rows.iter().enumerate() {
@@ -77,7 +77,7 @@ fn scenes(rows: &[accuracy::Row]) -> Vec<&str> {
     scenes
 }
 
-/// The chart of accuracy with every case.
+/// The chart of accuracy with all cases.
 ///
 /// # Errors
 /// The drawing library's message.
@@ -99,7 +99,7 @@ pub(crate) fn main_chart(rows: &[accuracy::Row]) -> Result<Option<String>, Strin
         .transpose()
 }
 
-/// The sections on accuracy: the chart with all figures, and the paper's Table 2.
+/// The sections about accuracy: the chart with all results, and the paper's Table 2.
 ///
 /// # Errors
 /// The drawing library's message.
@@ -182,7 +182,7 @@ finite elements found no equilibrium, or the organ's mesh is not at hand.</p>{sv
         ("Calot", "", "", Way::Ours),
     ];
     for (name, elements, ms, way) in ways {
-        // The size nearest to the paper's 581 spheres or 967 cubes (1300 corners).
+        // The size nearest to the paper's: 581 spheres, or 967 cubes with 1300 corners.
         let wanted: usize = if way == Way::Hexahedra { 1300 } else { 581 };
         let mine = || rows.iter().filter(|r| r.method == way.name());
         let Some(size) = mine().map(|r| r.spheres).min_by_key(|n| n.abs_diff(wanted)) else {

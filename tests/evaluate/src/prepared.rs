@@ -1,5 +1,5 @@
-//! Organs as Calot prepares them. A recipe of one organ goes through the whole preparation, and the
-//! result is the scene that the realtime process loads.
+//! Organs, prepared by Calot. A recipe of one organ goes through the whole preparation. The result
+//! is the scene that the realtime process loads.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -28,7 +28,7 @@ pub(crate) fn prepared(
     prepared_as(OrganKind::Liver, mesh, count, tissue, planes)
 }
 
-/// Prepares as [`prepared`], as an organ of this kind. Tubes become beads along a line.
+/// Like [`prepared`], for an organ of this kind. Tubes become beads along a line.
 ///
 /// # Errors
 /// The reason in words.
@@ -66,13 +66,13 @@ pub(crate) fn prepared_as(
     Ok((body(&made, tissue), skin(&made)))
 }
 
-/// True for organs that a recipe packs along their centre line unless it says otherwise.
+/// True for organs that a recipe packs along their centre line by default.
 fn is_tube(kind: OrganKind) -> bool {
     use OrganKind::{BileDuct, CysticArtery, CysticDuct, Vessel};
     matches!(kind, BileDuct | CysticArtery | CysticDuct | Vessel)
 }
 
-/// The spheres of a prepared organ, and what joins them.
+/// The spheres of a prepared organ, with their tetrahedra and springs.
 fn body(made: &Prepared, tissue: Tissue) -> Body {
     let scene = &made.scene;
     let spheres = &scene.spheres;
@@ -107,7 +107,7 @@ fn body(made: &Prepared, tissue: Tissue) -> Body {
         body.edges.push(Edge {
             nodes: [link.a as usize, link.b as usize],
             length_m: link.rest_length_m,
-            // As stiff as the spring.
+            // This volume gives the edge the spring's stiffness.
             volume_m3: link.rest_length_m * link.rest_length_m
                 / (15.0 * tissue.mu() as f32 * link.compliance_m_n),
         });
@@ -164,7 +164,7 @@ mod tests {
     use super::*;
     use crate::organ::Organ;
 
-    /// Exactly the spheres on the plane and beyond it are held, and every sphere has an edge.
+    /// Only the spheres on the plane and beyond it are held. Every sphere has an edge.
     #[test]
     fn an_organ_is_held_as_calot_holds_it() {
         let mesh = Organ::Liver.mesh().expect("built in");

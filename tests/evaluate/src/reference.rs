@@ -1,4 +1,5 @@
-//! `evaluate reference`: convergence of the reference itself, the same scene on ever finer meshes.
+//! `evaluate reference`: convergence of the reference itself, with the same scene on finer and
+//! finer meshes.
 
 use crate::body::Tissue;
 use crate::organ::Organ;
@@ -6,7 +7,7 @@ use crate::prepared::prepared;
 use crate::scene::{Held, Kind, Scene};
 use crate::solved::{self, tell};
 
-/// Figures of a scene on one mesh.
+/// Results of a scene on one mesh.
 #[derive(Debug, Clone)]
 pub(crate) struct Row {
     /// Name of the scene.
@@ -19,10 +20,10 @@ pub(crate) struct Row {
     pub(crate) load: f64,
     /// Largest displacement of a probe, mm.
     pub(crate) displacement_mm: f64,
-    /// Root mean square distance of the probes from their places on the finest mesh, mm; 0 on the
-    /// finest.
+    /// Root mean square distance of the probes from their positions on the finest mesh, mm; 0 on
+    /// the finest.
     pub(crate) rms_mm: f64,
-    /// Largest distance of a probe from its place on the finest mesh, mm.
+    /// Largest distance of a probe from its position on the finest mesh, mm.
     pub(crate) max_mm: f64,
 }
 

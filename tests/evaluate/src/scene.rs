@@ -1,4 +1,4 @@
-//! Experiments on an organ: holds and loads, the same for the reference and for every method.
+//! Experiments on an organ. Holds and loads are equal for the reference and for every method.
 
 use nalgebra::{Rotation3, Unit, Vector3};
 use scene_prepare::held::Plane;
@@ -11,21 +11,21 @@ type Point = Vector3<f64>;
 pub(crate) enum Held {
     /// No hold.
     Free,
-    /// Held by the scene's fixed end.
+    /// Held in place, at the scene's fixed end.
     Fixed,
-    /// Held by the end that the scene moves.
+    /// Moved with the scene's moved end.
     Moved,
 }
 
 /// Kind of experiment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// One end is fixed, the rest sags under gravity across the axis. Dimensionless settings are
-    /// calibrated on this scene.
+    /// One end is fixed, and the rest sags under gravity perpendicular to the axis. Dimensionless
+    /// settings are calibrated on this scene.
     Sag,
-    /// One end is fixed, the other is moved by 30 mm, mostly across the axis.
+    /// One end is fixed, and the other is moved by 30 mm, mostly perpendicular to the axis.
     Pull,
-    /// One end is fixed, the other is turned about the long axis by this angle, degrees.
+    /// One end is fixed, and the other is rotated about the long axis by this angle, degrees.
     Twist(u16),
     /// The lower part is fixed. A rigid frictionless ball of this diameter (mm) is pressed by its
     /// radius into the top, at one of [`SITES`].
@@ -54,7 +54,7 @@ impl Kind {
         match self {
             Self::Sag => [0.58, 1.0],
             Self::Pull => [0.35, 0.88],
-            // In a shorter free part, a half turn would fold the tissue onto itself.
+            // With a shorter free part, half a turn would fold the tissue onto itself.
             Self::Twist(180) => [0.12, 0.90],
             Self::Twist(_) => [0.25, 0.77],
             // The fixed part is the lower one. There is no upper plane.
@@ -68,7 +68,8 @@ impl Kind {
     }
 }
 
-/// An experiment on one organ. One or two planes lie across the axis; tissue beyond them is held.
+/// An experiment on one organ. One or two planes are perpendicular to the axis; tissue beyond them
+/// is held.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Scene {
     /// Kind of experiment.
@@ -77,10 +78,10 @@ pub(crate) struct Scene {
     pub(crate) axis: usize,
     /// Coordinate along the axis up to which the organ is fixed, m.
     pub(crate) fixed_below_m: f64,
-    /// Coordinate along the axis from which the organ is moved or, without a moved end, at which
-    /// the organ ends, m.
+    /// Coordinate along the axis beyond which the organ is moved, m. Without a moved end, the
+    /// coordinate of the organ's end.
     pub(crate) free_below_m: f64,
-    /// The ball that presses, if any.
+    /// The pressing ball, if any.
     pub(crate) press: Option<Press>,
     pivot: Point,
 }
@@ -88,7 +89,7 @@ pub(crate) struct Scene {
 /// A ball, with the site and direction of its press.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Press {
-    /// Place on the organ's surface, m.
+    /// Point on the organ's surface, m.
     pub(crate) site_m: Point,
     /// Outward normal of the surface at the site.
     outward: Point,
@@ -97,8 +98,7 @@ pub(crate) struct Press {
 }
 
 impl Press {
-    /// Places the ball on the highest point of the surface over a place, given in shares of length
-    /// and width.
+    /// Places the ball on top of the surface, at these shares of the organ's length and width.
     fn new(mesh: &Mesh, diameter_mm: u8, [x, y]: [f64; 2]) -> Self {
         let [min, max] = mesh.bounds();
         let place = min + (max - min).component_mul(&Point::new(x, y, 1.0));
@@ -125,14 +125,14 @@ impl Press {
         press
     }
 
-    /// Centre of the ball at a share of its way, m. The ball starts where it just touches the
+    /// Centre of the ball at a share of its path, m. At the start, the ball just touches the
     /// surface.
     pub(crate) fn center_m(&self, share: f64) -> Point {
         self.site_m + self.outward * (self.radius_m * (1.0 - share))
     }
 }
 
-/// Two positions nearer than this along the axis are the same, m.
+/// Positions that differ by less than this along the axis count as equal, m.
 const SAME_M: f64 = 1e-7;
 /// [`SAME_M`] for positions that were rounded to single precision, m.
 const NEAR_M: f64 = 1e-6;
@@ -177,7 +177,7 @@ impl Scene {
         self.kind.moves() && p[self.axis] > self.free_below_m - SAME_M
     }
 
-    /// Hold on a rest position that was rounded to single precision.
+    /// Hold at a rest position that was rounded to single precision.
     pub(crate) fn held(&self, p: &Point) -> Held {
         if p[self.axis] < self.fixed_below_m + NEAR_M {
             Held::Fixed
@@ -188,7 +188,7 @@ impl Scene {
         }
     }
 
-    /// Hold whose plane is nearest to a position.
+    /// Hold of the plane that is nearest to a position.
     pub(crate) fn nearest_hold(&self, p: &Point) -> Held {
         let middle_m = (self.fixed_below_m + self.free_below_m) / 2.0;
         if self.kind.moves() && p[self.axis] > middle_m {
@@ -220,7 +220,7 @@ impl Scene {
             Kind::Sag | Kind::Press(..) => Point::zeros(),
             Kind::Pull => {
                 let mut across = Point::zeros();
-                // Upwards or, if the organ stands upright, forwards.
+                // Upwards; forwards if the organ's axis is vertical.
                 across[if self.axis == 2 { 1 } else { 2 }] = 1.0;
                 (along + across * 2.5).normalize() * (0.03 * share)
             }
@@ -241,9 +241,9 @@ impl Scene {
         down
     }
 
-    /// The scene's load, from the tissue's pull on every held point. Each item has true for the
-    /// moved end, the rest position, the displacement and the force. The load is the force at the
-    /// fixed end (sag) or at the moved end (pull), N, or the torque about the axis (twist), N m.
+    /// The scene's load, computed from the tissue's force on every held point. An item is: true for
+    /// the moved end, rest position, displacement, force. The load is the force at the fixed end
+    /// (sag) or at the moved end (pull), N, or the torque about the axis (twist), N m.
     pub(crate) fn load(&self, pulls: impl Iterator<Item = (bool, Point, Point, Point)>) -> f64 {
         let mut total = Point::zeros();
         for (is_moved, x, u, force) in pulls {

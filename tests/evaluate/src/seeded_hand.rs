@@ -1,4 +1,4 @@
-//! A seeded hand that works the instruments at places of an organ's skin.
+//! A hand with seeded random numbers that works with instruments at places of an organ's skin.
 
 use glam::{Quat, Vec3};
 use rt_process::rehearsal::Rehearsal;
@@ -6,7 +6,7 @@ use shared_mem::message::{CommandMsg, HandMsg, ToolFrame};
 use shared_mem::scene::SceneFile;
 use shared_mem::words::{Instrument, Switches};
 
-/// Distance from the skin at which the work at a place starts, m.
+/// Distance from the skin at which the hand starts, m.
 const AWAY_M: f32 = 0.025;
 /// Distance of the slide along the skin, m.
 const SLIDE_M: f32 = 0.008;
@@ -32,7 +32,7 @@ impl Manner {
         }
     }
 
-    /// Depth below the skin at rest, m.
+    /// Depth of the tip below the skin's rest position, m.
     const fn depth_m(self) -> f32 {
         match self {
             Self::Gentle => 0.003,
@@ -57,7 +57,7 @@ impl Manner {
     }
 }
 
-/// Numbers that a seed determines (xorshift64*, Vigna 2016).
+/// Pseudo-random numbers, determined by a seed (xorshift64*, Vigna 2016).
 #[derive(Debug, Clone)]
 pub(crate) struct Seeded(u64);
 
@@ -66,7 +66,7 @@ impl Seeded {
         Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1)
     }
 
-    /// The next number, from 0 up to but not including 1.
+    /// The next number, in [0, 1).
     pub(crate) fn share(&mut self) -> f32 {
         self.0 ^= self.0 >> 12;
         self.0 ^= self.0 << 25;
@@ -75,7 +75,7 @@ impl Seeded {
     }
 }
 
-/// A place on an organ, and the way in.
+/// A place on an organ, and the direction into it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Place {
     pub(crate) at_m: Vec3,
@@ -102,15 +102,16 @@ pub(crate) fn place(scene: &SceneFile, organ: usize, seeded: &mut Seeded) -> Opt
     (0..count).find_map(|step| faces((first + step) % count.max(1)))
 }
 
-/// The hand at an emulated device. It asks for places of the instrument's tip in the world frame.
+/// The hand at an emulated device. It commands positions of the instrument's tip in the world
+/// frame.
 pub(crate) struct SeededHand<'a, 'b> {
     rehearsal: &'a mut Rehearsal<'b>,
     asked: HandMsg,
-    /// Place of the tip at which `asked.moved_m` is zero, m.
+    /// Position of the tip at which `asked.moved_m` is zero, m.
     from_m: Option<Vec3>,
     at_m: Vec3,
     manner: Manner,
-    /// Ticks between two looks.
+    /// Ticks between two calls of `watch`.
     look_every: u64,
     watch: &'a mut dyn FnMut(&mut Rehearsal<'b>),
 }
@@ -140,6 +141,11 @@ impl<'a, 'b> SeededHand<'a, 'b> {
     /// Number of ticks so far.
     pub(crate) fn ticks(&self) -> u64 {
         self.rehearsal.ticks()
+    }
+
+    /// Tip of the instrument, m.
+    pub(crate) fn tip_m(&self) -> Vec3 {
+        tip_m(self.rehearsal.tools())
     }
 
     fn tick(&mut self, command: Option<CommandMsg>) {
@@ -177,6 +183,13 @@ impl<'a, 'b> SeededHand<'a, 'b> {
         }
     }
 
+    /// Moves the tip back to where it was before the first movement.
+    pub(crate) fn leave(&mut self) {
+        if let Some(from_m) = self.from_m {
+            self.go(from_m);
+        }
+    }
+
     /// Takes another instrument in hand.
     pub(crate) fn take_up(&mut self, instrument: Instrument) {
         self.command(CommandMsg::INSTRUMENT, instrument.number());
@@ -188,7 +201,7 @@ impl<'a, 'b> SeededHand<'a, 'b> {
         self.wait(REST);
     }
 
-    /// Works one instrument at a place: presses, slides, closes the jaws or steps on the pedal,
+    /// Works with an instrument at a place: presses, slides, closes the jaws or steps on the pedal,
     /// pulls, lets go and leaves.
     pub(crate) fn work(&mut self, instrument: Instrument, place: &Place, seeded: &mut Seeded) {
         let turn = std::f32::consts::TAU * seeded.share();
@@ -219,13 +232,13 @@ impl<'a, 'b> SeededHand<'a, 'b> {
         self.wait(REST);
     }
 
-    /// Puts every organ back to rest.
+    /// Resets every organ.
     pub(crate) fn reset(&mut self) {
         self.command(CommandMsg::RESET, 0);
     }
 }
 
-/// Tip of the instrument: the end of a capsule that is farthest from the joint, m.
+/// Tip of the instrument: the end of a capsule that is farthest from the jaw joint, m.
 pub(crate) fn tip_m(tools: &ToolFrame) -> Vec3 {
     let pose = &tools.world_from_instrument;
     let ends = tools

@@ -1,4 +1,4 @@
-//! Solutions of the scenes by finite elements.
+//! Solves the scenes by finite elements.
 
 use fem_reference::{FemError, Hold, Locator, Material, Mesh, Problem, Tool, lattice};
 use nalgebra::Vector3;
@@ -20,7 +20,7 @@ pub(crate) struct Answer {
     pub(crate) growth: f64,
 }
 
-/// Solution of a scene, from which answers at any spheres follow.
+/// Solution of a scene. It gives an [`Answer`] for any spheres.
 pub(crate) struct Solved {
     mesh: Mesh,
     displacement_m: Vec<Point>,
@@ -31,8 +31,8 @@ pub(crate) struct Solved {
 }
 
 /// Fills a closed surface with elements. A layer of corners lies on each of the scene's two planes,
-/// with `layers` spaces between the planes. If a plane lay between two layers of corners, the hold
-/// would end beside the plane.
+/// with `layers` spaces between the planes. Otherwise the hold would end at the next layer beside
+/// the plane.
 fn mesh(
     surface: &scene_prepare::mesh::Mesh,
     scene: &Scene,
@@ -52,17 +52,17 @@ fn mesh(
     let before = ((scene.fixed_below_m - start) / space).ceil();
     min[scene.axis] = scene.fixed_below_m - before * space + 1.5 * size;
     let mut mesh = lattice(min, max, size, |p| field.at(p))?;
-    // Straight edges between nodes of the surface lie inside it. They would make the body too
-    // small, by an error of second order in the element size.
+    // Straight edges between surface nodes lie inside the body. They would make it too small, with
+    // an error of second order in the element size. So they are curved.
     if let Some(nearest) = Nearest::new(surface) {
         mesh.curve_boundary(|p| nearest.point(p));
     }
     Ok(mesh)
 }
 
-/// Fills the free part of a closed surface, above the plane up to which the body is held. Elements
-/// are small where a ball presses: `layers / CONTACT_LAYERS` of them fit into the radius of the
-/// ball's contact.
+/// Fills the free part of a closed surface: the part above the plane of the hold. Elements are
+/// small where a ball presses: the radius of the ball's contact is `layers / CONTACT_LAYERS`
+/// elements long.
 fn pressed_mesh(
     surface: &scene_prepare::mesh::Mesh,
     scene: &Scene,
@@ -85,14 +85,14 @@ fn pressed_mesh(
     fill(surface, &field, &focus, (scene.axis, scene.fixed_below_m))
 }
 
-/// Number of layers at which one element is as long as the contact's radius.
+/// Number of `layers` for which an element is as long as the contact's radius.
 const CONTACT_LAYERS: f64 = 3.0;
-/// Radius of the least contact that is resolved, in radii of the ball.
+/// Radius of the smallest contact that the mesh resolves, in radii of the ball.
 const LEAST_RADII: f64 = 0.7;
 /// Size of elements far from the ball, as a share of the organ's smallest extent.
 const LARGEST: f64 = 0.15;
 
-/// Edge of the cells of the grid that has the distance to the surface, m.
+/// Edge of the cells of the grid that stores the distance to the surface, m.
 fn cell_m([min, max]: [Point; 2], size_m: f64) -> f64 {
     (size_m / 6.0).max((max - min).max() / 200.0)
 }
@@ -103,7 +103,7 @@ pub(crate) fn tell(share: f64) {
 }
 
 /// Solves a scene. Without a ball, `layers` layers of elements lie between the scene's planes; with
-/// a ball, see [`CONTACT_LAYERS`]. `progress` gets the share of the load that is reached.
+/// a ball, see [`CONTACT_LAYERS`]. `progress` receives each reached share of the load.
 pub(crate) fn solve(
     surface: &scene_prepare::mesh::Mesh,
     scene: &Scene,
@@ -176,7 +176,7 @@ impl Solved {
         self.mesh.nodes.len()
     }
 
-    /// Displacement at points, m. Outside of the mesh it is extrapolated.
+    /// Displacement at points, m, extrapolated outside the mesh.
     pub(crate) fn displacement_m(&self, points: &[V3]) -> Vec<Option<Point>> {
         let locator = Locator::new(&self.mesh);
         let value = |x: &V3| {
@@ -186,7 +186,7 @@ impl Solved {
         points.iter().map(value).collect()
     }
 
-    /// The answer at a body's sphere centres.
+    /// The solution at a body's sphere centres.
     pub(crate) fn at(&self, body: &Body) -> Answer {
         Answer {
             displacement_m: self.displacement_m(&body.rest_m),

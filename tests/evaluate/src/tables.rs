@@ -1,7 +1,7 @@
-//! The tables of `tests/results/README.md`, made from the CSV files beside it.
+//! Makes the tables of `tests/results/README.md` from the CSV files in the same folder.
 //!
-//! A table stands between `<!-- table: NAME -->` and `<!-- end -->`. [`rewrite`] replaces the text
-//! between these two marks. Everything else in the file is written by hand.
+//! A table is the text between `<!-- table: NAME -->` and `<!-- end -->`. [`rewrite`] replaces this
+//! text. All other text in the file is written by hand.
 
 mod drawing;
 mod force;
@@ -15,7 +15,7 @@ use std::path::Path;
 
 use crate::csv::{Csv, Row};
 
-/// A table in the making: its columns, then its rows.
+/// A table: its columns, then its rows.
 struct Table(Vec<Vec<String>>);
 
 impl Table {
@@ -39,7 +39,7 @@ impl Table {
         text
     }
 
-    /// The line under a column's name. It aligns columns of numbers to the right.
+    /// The rule under a column's name. It aligns columns of numbers to the right.
     fn rule(&self, column: usize) -> &'static str {
         let mut cells = self.0.iter().skip(1).filter_map(|row| row.get(column));
         if cells.all(|cell| cell.is_empty() || cell.parse::<f64>().is_ok()) {
@@ -50,7 +50,7 @@ impl Table {
     }
 }
 
-/// Replaces every table in `text` by one that is made from the CSV files in `folder`.
+/// Replaces every table in `text` by a table made from the CSV files in `folder`.
 pub(crate) fn rewrite(text: &str, folder: &Path) -> Result<String, String> {
     let mut out = String::new();
     let mut rest = text;
@@ -114,7 +114,7 @@ fn table(name: &str, folder: &Path) -> Result<Table, String> {
     })
 }
 
-/// The guide for latency testers, seen from the folder of the results.
+/// Path of the guide for latency testers, relative to the folder of the results.
 pub(crate) const GUIDE: &str = "../../rt-core/process/README.md";
 const CALOT: &str = "Calot";
 const PAPER: &str = "inner spheres (paper's), k fitted";
@@ -125,7 +125,8 @@ const OTHERS: [&str; 4] = [
     "corotational hexahedra (paper's FEM)",
 ];
 
-/// One row for each scene, at the sphere count nearest to the paper's 581 for the liver.
+/// One row for each scene, with the number of spheres nearest to 581, the paper's number for the
+/// liver.
 fn accuracy(csv: &Csv) -> Table {
     let mut table = Table::new(&[
         "scene",
@@ -219,8 +220,8 @@ fn reference(csv: &Csv) -> Table {
     table
 }
 
-/// Steps of the force in slow work. A knock is a tick's change of force beyond the change of the
-/// tick before.
+/// Steps of the force in slow work. A knock is the difference between the force changes of two
+/// consecutive ticks.
 fn slow_work(csv: &Csv) -> Table {
     let mut table = Table::new(&[
         "scene",
@@ -277,7 +278,8 @@ fn collision(csv: &Csv) -> Table {
     table
 }
 
-/// The paper's kernel alone: on the machine of the other tables, and on one with a graphics card.
+/// The paper's kernel alone: on the machine of the other tables, and on a machine with a graphics
+/// card.
 fn collision_by_size(machines: &[Csv; 2]) -> Table {
     let mut table = Table::new(&[
         "spheres",
@@ -387,7 +389,7 @@ fn skinning(csv: &Csv) -> Table {
     table
 }
 
-/// Both packings at the paper's counts (no multiples of 100) and at 1000.
+/// Both packings at the paper's numbers of spheres, which are no multiples of 100, and at 1000.
 fn packing(csv: &Csv) -> Table {
     let mut table = Table::new(&[
         "organ",

@@ -1,6 +1,6 @@
-//! Contact of a rigid, frictionless tool made of round bars with the body's boundary: an augmented
-//! Lagrangian (Alart and Curnier 1991, without friction) at the points of a degree-4 rule on every
-//! boundary triangle.
+//! Frictionless contact between a rigid tool, made of round bars, and the body's boundary. The
+//! method is the augmented Lagrangian of Alart and Curnier (1991). Contact is evaluated at the
+//! points of a quadrature rule of degree 4 on each boundary triangle.
 
 use nalgebra::Matrix3;
 
@@ -16,14 +16,14 @@ pub struct Bar {
     pub radius_m: f64,
 }
 
-/// A rigid tool that is moved along a path without turning.
+/// A rigid tool that moves along a path without rotation.
 pub struct Tool<'a> {
-    /// Parts of the tool. Each presses by itself; where two meet, as in the crotch of jaws, both
-    /// press.
+    /// Parts of the tool. Each exerts its own contact forces. Where two parts meet, as at the joint
+    /// of jaws, both do.
     pub bars: Vec<Bar>,
-    /// Direction from which the tool came. A point behind a bar, within the bar's width, counts as
-    /// inside the bar and is pushed out sideways. With `None`, an iteration could push a point
-    /// through a thin bar and leave it behind the bar.
+    /// Unit vector back along the tool's path. A point on that side of a bar, within the bar's
+    /// width, counts as inside the bar and is pushed out sideways. With `None`, an iteration could
+    /// push a point through a thin bar and leave it behind the bar.
     pub behind: Option<Vec3>,
     /// Displacement of the tool at a share of the load from 0 to 1, world frame, m.
     pub shift_m: Box<dyn Fn(f64) -> Vec3 + 'a>,
@@ -48,24 +48,24 @@ impl<'a> Tool<'a> {
 }
 
 /// Position of a point relative to a bar.
-struct Beside {
+struct Separation {
     /// Distance to the bar's surface, m; negative inside.
     separation_m: f64,
     /// Unit vector away from the bar.
     normal: Vec3,
     /// Derivative of the normal with respect to the point's position, 1/m.
-    bend: Matrix3<f64>,
+    normal_gradient: Matrix3<f64>,
 }
 
 impl Bar {
-    fn beside(&self, x: &Vec3, behind: Option<&Vec3>) -> Option<Beside> {
+    fn separation(&self, x: &Vec3, behind: Option<&Vec3>) -> Option<Separation> {
         let [a, b] = self.ends_m;
         let (mut arm, mut axis) = (x - a, b - a);
         let mut across = Matrix3::identity();
-        if let Some(way) = behind.filter(|way| Self::nearest(&arm, &axis).0.dot(way) > 0.0) {
-            // Behind the bar, only the position across the direction counts. The depth along it is
-            // projected out.
-            let flat = Matrix3::identity() - way * way.transpose();
+        if let Some(back) = behind.filter(|back| Self::nearest(&arm, &axis).0.dot(back) > 0.0) {
+            // Behind the bar, only the position perpendicular to the path counts. The component
+            // along the path is removed.
+            let flat = Matrix3::identity() - back * back.transpose();
             (arm, axis) = (flat * arm, flat * axis);
             across = flat;
         }
@@ -79,10 +79,10 @@ impl Bar {
         if is_between {
             across -= axis * axis.transpose() / axis.norm_squared();
         }
-        Some(Beside {
+        Some(Separation {
             separation_m: distance - self.radius_m,
             normal,
-            bend: across / distance,
+            normal_gradient: across / distance,
         })
     }
 
@@ -107,7 +107,7 @@ const RULE: [(f64, f64); 2] = [
 ];
 
 /// One contact point and one bar.
-pub(crate) struct Patch {
+pub(crate) struct ContactPoint {
     bar: Bar,
     nodes: [u32; 6],
     values: [f64; 6],
@@ -118,17 +118,17 @@ pub(crate) struct Patch {
 
 /// Contact with one tool.
 pub(crate) struct Contact {
-    pub(crate) patches: Vec<Patch>,
+    pub(crate) points: Vec<ContactPoint>,
     behind: Option<Vec3>,
     /// Penalty, Pa per metre of penetration.
     stiffness_pa_m: f64,
 }
 
-/// A contact point that presses.
-pub(crate) struct Press {
+/// Force at an active contact point.
+pub(crate) struct ContactForce {
     pub(crate) nodes: [u32; 6],
     pub(crate) shares: [f64; 6],
-    /// Place of the point, world frame, m.
+    /// Position of the point, world frame, m.
     pub(crate) at_m: Vec3,
     /// Force on the body, N.
     pub(crate) force_n: Vec3,
@@ -149,9 +149,9 @@ fn face_shape(b: [f64; 3]) -> [f64; 6] {
     ]
 }
 
-/// Area of a curved face, if the whole face were as it is at one of its points, m².
+/// Area of a curved face, extrapolated from the area element at one of its points, m².
 fn area(x: &[Vec3; 6], b: [f64; 3]) -> f64 {
-    // Derivatives by the first two barycentric coordinates.
+    // Derivatives with respect to the first two barycentric coordinates.
     let slope = |k: usize| {
         let mut d = [0.0; 3];
         (d[k], d[2]) = (1.0, -1.0);
@@ -172,7 +172,7 @@ fn area(x: &[Vec3; 6], b: [f64; 3]) -> f64 {
 
 impl Contact {
     pub(crate) fn new(mesh: &Mesh, tool: &Tool<'_>, young_pa: f64) -> Self {
-        let mut patches = Vec::new();
+        let mut points = Vec::new();
         let mut total = 0.0;
         for &face in &tool.faces {
             let nodes = mesh.faces[face as usize];
@@ -183,7 +183,7 @@ impl Contact {
                     b[far] = 1.0 - 2.0 * l;
                     let area_m2 = weight * area(&x, b);
                     total += area_m2;
-                    patches.extend(tool.bars.iter().map(|bar| Patch {
+                    points.extend(tool.bars.iter().map(|bar| ContactPoint {
                         bar: *bar,
                         nodes,
                         values: face_shape(b),
@@ -195,93 +195,107 @@ impl Contact {
         }
         let face_m = (total / tool.faces.len().max(1) as f64).sqrt();
         Self {
-            patches,
+            points,
             behind: tool.behind,
             stiffness_pa_m: 30.0 * young_pa / face_m.max(f64::MIN_POSITIVE),
         }
     }
 
-    fn at(patch: &Patch, rest: &[Vec3], u: &[Vec3]) -> Vec3 {
-        let parts = patch.nodes.iter().zip(patch.values);
+    fn at(point: &ContactPoint, rest: &[Vec3], u: &[Vec3]) -> Vec3 {
+        let parts = point.nodes.iter().zip(point.values);
         parts
             .map(|(&n, s)| (rest[n as usize] + u[n as usize]) * s)
             .sum()
     }
 
     /// Position of a contact point relative to its bar; `None` on the bar's axis.
-    fn beside(&self, patch: &Patch, rest: &[Vec3], u: &[Vec3], shift: &Vec3) -> Option<Beside> {
-        let x = Self::at(patch, rest, u) - shift;
-        patch.bar.beside(&x, self.behind.as_ref())
+    fn separation(
+        &self,
+        point: &ContactPoint,
+        rest: &[Vec3],
+        u: &[Vec3],
+        shift: &Vec3,
+    ) -> Option<Separation> {
+        let x = Self::at(point, rest, u) - shift;
+        point.bar.separation(&x, self.behind.as_ref())
     }
 
-    fn pressure(&self, patch: &Patch, beside: Option<&Beside>) -> f64 {
-        let separation = beside.map_or(0.0, |b| b.separation_m);
-        (patch.pressure_pa - self.stiffness_pa_m * separation).max(0.0)
+    fn pressure(&self, point: &ContactPoint, separation: Option<&Separation>) -> f64 {
+        let separation = separation.map_or(0.0, |b| b.separation_m);
+        (point.pressure_pa - self.stiffness_pa_m * separation).max(0.0)
     }
 
     pub(crate) fn energy(&self, rest: &[Vec3], u: &[Vec3], shift: &Vec3) -> f64 {
-        let one = |patch: &Patch| {
-            let p = self.pressure(patch, self.beside(patch, rest, u, shift).as_ref());
-            let before = patch.pressure_pa;
-            patch.area_m2 * (p * p - before * before) / (2.0 * self.stiffness_pa_m)
+        let one = |point: &ContactPoint| {
+            let p = self.pressure(point, self.separation(point, rest, u, shift).as_ref());
+            let before = point.pressure_pa;
+            point.area_m2 * (p * p - before * before) / (2.0 * self.stiffness_pa_m)
         };
-        self.patches.iter().map(one).sum()
+        self.points.iter().map(one).sum()
     }
 
-    /// All contact points that press. `convex` leaves out the term of the tool's own curvature,
-    /// because this term makes the stiffness smaller.
-    pub(crate) fn presses<'s>(
+    /// Forces at all active contact points. With `convex`, the stiffness omits the term of the
+    /// tool's curvature, because that term is negative.
+    pub(crate) fn contact_forces<'s>(
         &'s self,
         rest: &'s [Vec3],
         u: &'s [Vec3],
         shift: &'s Vec3,
         convex: bool,
-    ) -> impl Iterator<Item = Press> + 's {
-        self.patches.iter().filter_map(move |patch| {
-            let beside = self.beside(patch, rest, u, shift)?;
-            let pressure = self.pressure(patch, Some(&beside));
+    ) -> impl Iterator<Item = ContactForce> + 's {
+        self.points.iter().filter_map(move |point| {
+            let separation = self.separation(point, rest, u, shift)?;
+            let pressure = self.pressure(point, Some(&separation));
             if pressure <= 0.0 {
                 return None;
             }
-            let normal = beside.normal;
+            let normal = separation.normal;
             let mut stiffness = normal * normal.transpose() * self.stiffness_pa_m;
             if !convex {
-                stiffness -= beside.bend * pressure;
+                stiffness -= separation.normal_gradient * pressure;
             }
-            Some(Press {
-                nodes: patch.nodes,
-                shares: patch.values,
-                at_m: Self::at(patch, rest, u),
-                force_n: normal * (pressure * patch.area_m2),
-                stiffness: stiffness * patch.area_m2,
+            Some(ContactForce {
+                nodes: point.nodes,
+                shares: point.values,
+                at_m: Self::at(point, rest, u),
+                force_n: normal * (pressure * point.area_m2),
+                stiffness: stiffness * point.area_m2,
             })
         })
     }
 
     /// True if the pressures differ from their multipliers by at most `share` of the force in
     /// total. Otherwise the pressures become the new multipliers.
-    pub(crate) fn settled(&mut self, rest: &[Vec3], u: &[Vec3], shift: &Vec3, share: f64) -> bool {
-        let now = |patch: &Patch| self.pressure(patch, self.beside(patch, rest, u, shift).as_ref());
-        let pressures: Vec<f64> = self.patches.iter().map(now).collect();
+    pub(crate) fn converged_or_augment(
+        &mut self,
+        rest: &[Vec3],
+        u: &[Vec3],
+        shift: &Vec3,
+        share: f64,
+    ) -> bool {
+        let now = |point: &ContactPoint| {
+            self.pressure(point, self.separation(point, rest, u, shift).as_ref())
+        };
+        let pressures: Vec<f64> = self.points.iter().map(now).collect();
         let (mut change, mut force) = (0.0, 0.0);
-        for (patch, p) in self.patches.iter().zip(&pressures) {
-            change += patch.area_m2 * (p - patch.pressure_pa).abs();
-            force += patch.area_m2 * p;
+        for (point, p) in self.points.iter().zip(&pressures) {
+            change += point.area_m2 * (p - point.pressure_pa).abs();
+            force += point.area_m2 * p;
         }
-        let settled = change <= share * force;
-        if !settled {
+        let is_converged = change <= share * force;
+        if !is_converged {
             self.restore(&pressures);
         }
-        settled
+        is_converged
     }
 
     pub(crate) fn pressures(&self) -> Vec<f64> {
-        self.patches.iter().map(|p| p.pressure_pa).collect()
+        self.points.iter().map(|p| p.pressure_pa).collect()
     }
 
     pub(crate) fn restore(&mut self, pressures: &[f64]) {
-        for (patch, &p) in self.patches.iter_mut().zip(pressures) {
-            patch.pressure_pa = p;
+        for (point, &p) in self.points.iter_mut().zip(pressures) {
+            point.pressure_pa = p;
         }
     }
 }
@@ -293,54 +307,57 @@ mod tests {
     /// Normal and bend are the first and second derivative of the separation: beside the bar,
     /// beyond its ends, and behind it.
     #[test]
-    fn a_bar_is_round() {
+    fn normal_and_bend_of_a_bar_are_derivatives_of_its_separation() {
         let bar = Bar {
             ends_m: [Vec3::new(0.0, 0.0, 0.1), Vec3::new(0.2, 0.1, 0.0)],
             radius_m: 0.03,
         };
         let step = 1e-5;
-        let way = Vec3::new(0.1, -0.2, 1.0).normalize();
+        let back = Vec3::new(0.1, -0.2, 1.0).normalize();
         let places = [
             Vec3::new(0.1, 0.2, 0.1),
             Vec3::new(-0.1, 0.05, 0.2),
             Vec3::new(0.3, 0.1, -0.1),
             Vec3::new(0.12, 0.02, 0.15),
         ];
-        for (x, behind) in places.iter().flat_map(|x| [(x, None), (x, Some(&way))]) {
-            let here = bar.beside(x, behind).expect("off the axis");
+        for (x, behind) in places.iter().flat_map(|x| [(x, None), (x, Some(&back))]) {
+            let here = bar.separation(x, behind).expect("off the axis");
             for axis in 0..3 {
                 let mut by = Vec3::zeros();
                 by[axis] = step;
-                let (next, before) = (bar.beside(&(x + by), behind), bar.beside(&(x - by), behind));
+                let (next, before) = (
+                    bar.separation(&(x + by), behind),
+                    bar.separation(&(x - by), behind),
+                );
                 let (next, before) = (next.expect("off"), before.expect("off"));
                 let slope = (next.separation_m - before.separation_m) / (2.0 * step);
                 assert!((slope - here.normal[axis]).abs() < 1e-6);
                 let turn = (next.normal - before.normal) / (2.0 * step);
-                assert!((turn - here.bend.column(axis)).norm() < 1e-4);
+                assert!((turn - here.normal_gradient.column(axis)).norm() < 1e-4);
             }
         }
         let ball = Bar {
             ends_m: [Vec3::zeros(); 2],
             radius_m: 0.01,
         };
-        let above = ball.beside(&(Vec3::z() * 0.03), None).expect("off");
+        let above = ball.separation(&(Vec3::z() * 0.03), None).expect("off");
         assert!((above.separation_m - 0.02).abs() < 1e-12);
     }
 
-    /// A point above the bar counts as if it lay at the height of the axis, so it is pushed out
-    /// sideways. Below the bar `behind` changes nothing.
+    /// A point above the bar is treated as if it were at the height of the axis, so it is pushed
+    /// out sideways. Below the bar, `behind` changes nothing.
     #[test]
-    fn behind_a_bar_is_inside_it() {
+    fn a_point_above_a_bar_is_pushed_out_sideways() {
         let bar = Bar {
             ends_m: [-Vec3::x(), Vec3::x()],
             radius_m: 0.0015,
         };
-        let beside = |x: Vec3| bar.beside(&x, Some(&Vec3::z())).expect("off the axis");
-        let above = beside(Vec3::new(0.0, 1e-4, 0.004));
+        let separation = |x: Vec3| bar.separation(&x, Some(&Vec3::z())).expect("off the axis");
+        let above = separation(Vec3::new(0.0, 1e-4, 0.004));
         assert!((above.separation_m - (1e-4 - 0.0015)).abs() < 1e-12);
         assert!((above.normal - Vec3::y()).norm() < 1e-9);
-        let below = beside(Vec3::new(0.0, 1e-4, -0.004));
-        let alone = bar.beside(&Vec3::new(0.0, 1e-4, -0.004), None);
+        let below = separation(Vec3::new(0.0, 1e-4, -0.004));
+        let alone = bar.separation(&Vec3::new(0.0, 1e-4, -0.004), None);
         assert!((below.normal - alone.expect("off the axis").normal).norm() < 1e-12);
     }
 }

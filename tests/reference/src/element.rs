@@ -36,8 +36,8 @@ pub(crate) fn shape(xi: &Vec3) -> [f64; 10] {
     n
 }
 
-/// Derivatives of the shape functions by `xi`.
-pub(crate) fn shape_slopes(xi: &Vec3) -> [Vec3; 10] {
+/// Derivatives of the shape functions with respect to `xi`.
+pub(crate) fn shape_gradients(xi: &Vec3) -> [Vec3; 10] {
     let b = [1.0 - xi.x - xi.y - xi.z, xi.x, xi.y, xi.z];
     let slope = [Vec3::repeat(-1.0), Vec3::x(), Vec3::y(), Vec3::z()];
     let mut n = [Vec3::zeros(); 10];
@@ -50,7 +50,7 @@ pub(crate) fn shape_slopes(xi: &Vec3) -> [Vec3; 10] {
     n
 }
 
-/// Derivative of the position by `xi`, `∂X/∂ξ`.
+/// Derivative of the position with respect to `xi`, `∂X/∂ξ`.
 pub(crate) fn jacobian(x: &[Vec3; 10], slopes: &[Vec3; 10]) -> Matrix3<f64> {
     x.iter().zip(slopes).map(|(x, s)| x * s.transpose()).sum()
 }
@@ -59,7 +59,7 @@ pub(crate) fn jacobian(x: &[Vec3; 10], slopes: &[Vec3; 10]) -> Matrix3<f64> {
 pub(crate) fn smallest_jacobian(x: &[Vec3; 10]) -> f64 {
     let corners = [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
     let inner = POINTS.map(Vec3::from);
-    let at = |xi: &Vec3| jacobian(x, &shape_slopes(xi)).determinant();
+    let at = |xi: &Vec3| jacobian(x, &shape_gradients(xi)).determinant();
     corners
         .iter()
         .chain(&inner)
@@ -79,7 +79,7 @@ pub(crate) struct Point {
     pub(crate) slopes: [Vec3; 10],
     /// Values of the shape functions.
     pub(crate) values: [f64; 10],
-    /// Volume that the point stands for, m³.
+    /// Quadrature weight: the volume that the point represents, m³.
     pub(crate) weight_m3: f64,
 }
 
@@ -94,13 +94,13 @@ impl Point {
     }
 }
 
-/// An element that is ready to be integrated.
+/// Quadrature points of one element.
 #[derive(Debug, Clone)]
 pub(crate) struct Element {
     pub(crate) points: [Point; 4],
 }
 
-/// Prepares every element of a mesh with these nodes at rest, m.
+/// Computes the quadrature points of each element. `nodes` has the rest positions, m.
 pub(crate) fn prepare(nodes: &[Vec3], tets: &[[u32; 10]]) -> Result<Vec<Element>, FemError> {
     let mut elements = Vec::with_capacity(tets.len());
     for (e, t) in tets.iter().enumerate() {
@@ -108,7 +108,7 @@ pub(crate) fn prepare(nodes: &[Vec3], tets: &[[u32; 10]]) -> Result<Vec<Element>
         let mut smallest = f64::INFINITY;
         let points = POINTS.map(|xi| {
             let xi = Vec3::from(xi);
-            let slopes = shape_slopes(&xi);
+            let slopes = shape_gradients(&xi);
             let j = jacobian(&x, &slopes);
             let determinant = j.determinant();
             smallest = smallest.min(determinant);
@@ -137,7 +137,7 @@ impl Element {
         self.points.iter().map(at).sum()
     }
 
-    /// Gradient of the energy: the forces that hold the element deformed, N.
+    /// Gradient of the energy: the nodal forces that keep the element in this deformation, N.
     pub(crate) fn force(&self, m: &Material, nodes: &[u32; 10], u: &[Vec3]) -> Force30 {
         let mut force = Force30::zeros();
         for p in &self.points {
@@ -152,8 +152,8 @@ impl Element {
         force
     }
 
-    /// Second derivative of the energy, N/m. With `project`, negative curvature of the material is
-    /// removed.
+    /// Second derivative of the energy, N/m. With `project`, negative eigenvalues of the material
+    /// stiffness become zero.
     pub(crate) fn stiffness(
         &self,
         m: &Material,
@@ -165,7 +165,7 @@ impl Element {
         for p in &self.points {
             let c = m.stiffness(&p.gradient(nodes, u), project) * p.weight_m3;
             for (b, slope_b) in p.slopes.iter().enumerate() {
-                // Derivative of the stress by the displacement of node b: 9 × 3.
+                // Derivative of the stress with respect to the displacement of node b: 9 × 3.
                 let t = c.fixed_view::<9, 3>(0, 0) * slope_b.x
                     + c.fixed_view::<9, 3>(0, 3) * slope_b.y
                     + c.fixed_view::<9, 3>(0, 6) * slope_b.z;
@@ -197,7 +197,7 @@ mod tests {
     fn shape_functions_are_one_at_their_node_and_sum_to_one() {
         let xi = Vec3::new(0.2, 0.5, 0.1);
         assert!((shape(&xi).iter().sum::<f64>() - 1.0).abs() < 1e-14);
-        assert!(shape_slopes(&xi).iter().sum::<Vec3>().norm() < 1e-14);
+        assert!(shape_gradients(&xi).iter().sum::<Vec3>().norm() < 1e-14);
         let corners = [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
         for (i, corner) in corners.iter().enumerate() {
             assert!((shape(corner)[i] - 1.0).abs() < 1e-14);

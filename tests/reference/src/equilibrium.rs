@@ -1,11 +1,11 @@
-//! Static equilibrium by Newton's method with line search, in steps of the load.
+//! Static equilibrium by Newton's method with line search, in load steps.
 
 use crate::contact::{Contact, Tool};
 use crate::element::{self, Element};
 use crate::sparse::{HELD, System};
 use crate::{FemError, Material, Mesh, Vec3};
 
-/// Displacement at a rest position and a share of the load from 0 to 1, m.
+/// Displacement as a function of the rest position and of the share of the load from 0 to 1, m.
 pub type Motion<'a> = Box<dyn Fn(&Vec3, f64) -> Vec3 + 'a>;
 
 /// Nodes whose displacement is prescribed.
@@ -45,13 +45,13 @@ impl<'a> Hold<'a> {
     }
 }
 
-/// A body with everything that holds and loads it.
+/// A boundary value problem: a body, its holds and its loads.
 pub struct Problem<'a> {
     /// The body at rest.
     pub mesh: &'a Mesh,
     /// Material of the body.
     pub material: Material,
-    /// Gravity, m/s². It grows with the share of the load.
+    /// Gravity, m/s². The solver multiplies it by the share of the load.
     pub gravity_m_s2: Vec3,
     /// Prescribed displacements. If several holds prescribe one degree of freedom, the last one
     /// counts.
@@ -89,13 +89,13 @@ impl Solution {
 
 /// Largest unbalanced force that counts as equilibrium, as a share of the largest nodal force.
 const TOLERANCE: f64 = 1e-7;
-/// [`TOLERANCE`] while the contact's pressures are still to be found.
-const ROUGHLY: f64 = 1e-4;
-const MOST_ITERATIONS: usize = 25;
-const SMALLEST_STEP: f64 = 1.0 / 1024.0;
-/// Contact has settled when an augmentation would change the pressures by at most this share.
+/// [`TOLERANCE`] between two augmentations of the contact pressures.
+const AUGMENTATION_TOLERANCE: f64 = 1e-4;
+const ITERATIONS_MAX: usize = 25;
+const STEP_MIN: f64 = 1.0 / 1024.0;
+/// Contact has converged when an augmentation would change the pressures by at most this share.
 const PRESSURE_CHANGE: f64 = 5e-3;
-const MOST_AUGMENTATIONS: usize = 5;
+const AUGMENTATIONS_MAX: usize = 5;
 
 struct State {
     u: Vec<Vec3>,
@@ -113,8 +113,8 @@ struct Solver<'a, 'p> {
 }
 
 impl Problem<'_> {
-    /// Finds equilibrium at each of the rising `stops` (shares of the load). It takes smaller steps
-    /// where Newton's method does not converge. `progress` gets every share that was reached.
+    /// Finds the equilibrium at each of the `stops`: rising shares of the load. If Newton's method
+    /// does not converge, the load step is halved. `progress` receives each share that was reached.
     ///
     /// # Errors
     /// See [`FemError`].
@@ -123,15 +123,15 @@ impl Problem<'_> {
         stops: &[f64],
         progress: &mut dyn FnMut(f64),
     ) -> Result<Vec<Solution>, FemError> {
-        match self.solve_as_far(stops, SMALLEST_STEP, progress)? {
+        match self.solve_as_far(stops, STEP_MIN, progress)? {
             (solutions, None) => Ok(solutions),
             (_, Some(failed)) => Err(failed),
         }
     }
 
-    /// Solves as [`solve`](Self::solve) does, except that it stops where steps of at least
-    /// `smallest_step` times the next stop find no equilibrium. Returns the solutions found so far,
-    /// and the reason for stopping.
+    /// Solves like [`solve`](Self::solve), but gives up when the load step falls below
+    /// `smallest_step` times the next stop. Returns the solutions found so far, and the error that
+    /// ended the search.
     ///
     /// # Errors
     /// When the mesh cannot be prepared; see [`FemError`].
@@ -218,19 +218,19 @@ impl<'a, 'p> Solver<'a, 'p> {
             .map_or_else(Vec3::zeros, |tool| (tool.shift_m)(share))
     }
 
-    /// Part of the prescribed displacements that is still missing at a share of the load.
-    fn missing(&self, u: &[Vec3], share: f64) -> Vec<Vec3> {
-        let mut missing = vec![Vec3::zeros(); u.len()];
+    /// Prescribed displacements at a share of the load, minus the present ones.
+    fn remaining_motion(&self, u: &[Vec3], share: f64) -> Vec<Vec3> {
+        let mut remaining_motion = vec![Vec3::zeros(); u.len()];
         for hold in &self.problem.holds {
             for &n in &hold.nodes {
                 let n = n as usize;
                 let target = (hold.motion_m)(&self.problem.mesh.nodes[n], share);
                 for axis in (0..3).filter(|&i| hold.axes[i]) {
-                    missing[n][axis] = target[axis] - u[n][axis];
+                    remaining_motion[n][axis] = target[axis] - u[n][axis];
                 }
             }
         }
-        missing
+        remaining_motion
     }
 
     fn energy(&self, u: &[Vec3], share: f64) -> f64 {
@@ -238,7 +238,7 @@ impl<'a, 'p> Solver<'a, 'p> {
         let parts = self.elements.iter().zip(&problem.mesh.tets);
         let elastic: f64 = parts.map(|(e, t)| e.energy(&problem.material, t, u)).sum();
         let weight = problem.gravity_m_s2 * share;
-        let height: f64 = self
+        let work_of_weight: f64 = self
             .mass_kg
             .iter()
             .zip(u)
@@ -249,7 +249,7 @@ impl<'a, 'p> Solver<'a, 'p> {
             .contact
             .as_ref()
             .map_or(0.0, |c| c.energy(rest, u, &self.shift(share)));
-        elastic - height + contact
+        elastic - work_of_weight + contact
     }
 
     /// Unbalanced force of every node (the gradient of the energy), and the largest elastic nodal
@@ -269,16 +269,17 @@ impl<'a, 'p> Solver<'a, 'p> {
         }
         if let Some(contact) = &self.contact {
             let shift = self.shift(share);
-            for press in contact.presses(&problem.mesh.nodes, u, &shift, true) {
-                for (&n, s) in press.nodes.iter().zip(press.shares) {
-                    r[n as usize] -= press.force_n * s;
+            for force in contact.contact_forces(&problem.mesh.nodes, u, &shift, true) {
+                for (&n, s) in force.nodes.iter().zip(force.shares) {
+                    r[n as usize] -= force.force_n * s;
                 }
             }
         }
         (r, elastic)
     }
 
-    /// Assembles the stiffness. Returns the forces that a prescribed step adds to the residual.
+    /// Assembles the stiffness. Returns the nodal forces that the prescribed displacement `step`
+    /// adds to the residual.
     fn assemble(
         &mut self,
         u: &[Vec3],
@@ -309,15 +310,15 @@ impl<'a, 'p> Solver<'a, 'p> {
         }
         if let Some(contact) = &self.contact {
             let shift = self.shift(share);
-            for press in contact.presses(&problem.mesh.nodes, u, &shift, convex) {
-                for (&a, sa) in press.nodes.iter().zip(press.shares) {
-                    for (&b, sb) in press.nodes.iter().zip(press.shares) {
+            for force in contact.contact_forces(&problem.mesh.nodes, u, &shift, convex) {
+                for (&a, sa) in force.nodes.iter().zip(force.shares) {
+                    for (&b, sb) in force.nodes.iter().zip(force.shares) {
                         for i in 0..3 {
                             for j in 0..3 {
                                 let row = self.system.unknown[3 * a as usize + i];
                                 let column = self.system.unknown[3 * b as usize + j];
                                 self.system
-                                    .add(row, column, sa * sb * press.stiffness[(i, j)]);
+                                    .add(row, column, sa * sb * force.stiffness[(i, j)]);
                             }
                         }
                     }
@@ -327,7 +328,7 @@ impl<'a, 'p> Solver<'a, 'p> {
         added
     }
 
-    fn free(&self, nodal: &[Vec3]) -> Vec<f64> {
+    fn free_entries(&self, nodal: &[Vec3]) -> Vec<f64> {
         let mut free = vec![0.0; self.system.count];
         for (dof, &unknown) in self.system.unknown.iter().enumerate() {
             if unknown != HELD {
@@ -337,18 +338,18 @@ impl<'a, 'p> Solver<'a, 'p> {
         free
     }
 
-    fn moved(&self, u: &[Vec3], step: &[f64], by: f64) -> Vec<Vec3> {
-        let mut moved = u.to_vec();
+    fn displaced(&self, u: &[Vec3], step: &[f64], by: f64) -> Vec<Vec3> {
+        let mut displaced = u.to_vec();
         for (dof, &unknown) in self.system.unknown.iter().enumerate() {
             if unknown != HELD {
-                moved[dof / 3][dof % 3] += by * step[unknown as usize];
+                displaced[dof / 3][dof % 3] += by * step[unknown as usize];
             }
         }
-        moved
+        displaced
     }
 
-    /// A descent direction: Newton's or, if its matrix is not positive definite, one from a
-    /// stiffness without negative curvature.
+    /// A descent direction: the Newton step. If its matrix is not positive definite, the step with
+    /// a stiffness without negative curvature.
     fn direction(
         &mut self,
         u: &[Vec3],
@@ -362,14 +363,14 @@ impl<'a, 'p> Solver<'a, 'p> {
             if shift > 0.0 {
                 self.system.shift(shift);
             }
-            if let Some(step) = self.system.solve(&self.free(&total)) {
+            if let Some(step) = self.system.solve(&self.free_entries(&total)) {
                 return Some(step);
             }
         }
         None
     }
 
-    /// Carries the state to a larger share of the load, or leaves it as it was.
+    /// Advances the state to a larger share of the load. On failure, the state stays as it was.
     fn advance(&mut self, state: &mut State, share: f64) -> Result<(), FemError> {
         let pressures = self.contact.as_ref().map(Contact::pressures);
         let before = state.u.clone();
@@ -391,27 +392,26 @@ impl<'a, 'p> Solver<'a, 'p> {
             residual_n: f64::NAN,
             iterations: 0,
         };
-        // Before the first true iteration, a linear step lets the free nodes follow the prescribed
-        // ones.
-        let missing = self.missing(&state.u, share);
+        // First, a linear step moves the free nodes along with the prescribed ones.
+        let remaining_motion = self.remaining_motion(&state.u, share);
         let step = self
-            .direction(&state.u, share, Some(&missing))
+            .direction(&state.u, share, Some(&remaining_motion))
             .ok_or_else(|| failed.clone())?;
-        let mut u = self.moved(&state.u, &step, 1.0);
-        for (u, missing) in u.iter_mut().zip(&missing) {
-            *u += missing;
+        let mut u = self.displaced(&state.u, &step, 1.0);
+        for (u, remaining_motion) in u.iter_mut().zip(&remaining_motion) {
+            *u += remaining_motion;
         }
         state.iterations += 1;
         let (shift, rest) = (self.shift(share), &self.problem.mesh.nodes);
-        // If contact has not settled after the last augmentation, the remaining penetration is
+        // If contact has not converged after the last augmentation, the remaining penetration is
         // small.
-        for _ in 0..MOST_AUGMENTATIONS {
+        for _ in 0..AUGMENTATIONS_MAX {
             if self.contact.is_none() {
                 break;
             }
-            self.equilibrate(&mut u, share, ROUGHLY, state)?;
+            self.equilibrate(&mut u, share, AUGMENTATION_TOLERANCE, state)?;
             let contact = self.contact.as_mut();
-            if contact.is_none_or(|it| it.settled(rest, &u, &shift, PRESSURE_CHANGE)) {
+            if contact.is_none_or(|it| it.converged_or_augment(rest, &u, &shift, PRESSURE_CHANGE)) {
                 break;
             }
         }
@@ -429,14 +429,14 @@ impl<'a, 'p> Solver<'a, 'p> {
     ) -> Result<(), FemError> {
         let mut energy = self.energy(u, share);
         let mut largest = f64::NAN;
-        for iteration in 0..MOST_ITERATIONS {
+        for iteration in 0..ITERATIONS_MAX {
             let failed = FemError::NoEquilibrium {
                 reached: state.share,
                 residual_n: largest,
                 iterations: iteration,
             };
             let (residual, elastic) = self.residual(u, share);
-            let free = self.free(&residual);
+            let free = self.free_entries(&residual);
             largest = free.iter().fold(0.0, |m: f64, r| m.max(r.abs()));
             if largest <= tolerance * elastic.max(self.smallest_force()) {
                 return Ok(());
@@ -448,13 +448,13 @@ impl<'a, 'p> Solver<'a, 'p> {
             let slope: f64 = free.iter().zip(&step).map(|(r, s)| r * s).sum();
             let mut by = 1.0;
             loop {
-                let trial = self.moved(u, &step, by);
+                let trial = self.displaced(u, &step, by);
                 let reached = self.energy(&trial, share);
-                // Near equilibrium the energy changes by less than its rounding error. There the
-                // force decides.
+                // Near equilibrium the energy changes by less than its rounding error. Then the
+                // largest unbalanced force must fall instead.
                 let lower = reached <= energy + 1e-4 * by * slope;
                 let flat = (reached - energy).abs() <= 1e-11 * energy.abs() && {
-                    let r = self.free(&self.residual(&trial, share).0);
+                    let r = self.free_entries(&self.residual(&trial, share).0);
                     r.iter().all(|r| r.abs() < largest)
                 };
                 if lower || flat {
@@ -470,7 +470,7 @@ impl<'a, 'p> Solver<'a, 'p> {
         Err(FemError::NoEquilibrium {
             reached: state.share,
             residual_n: largest,
-            iterations: MOST_ITERATIONS,
+            iterations: ITERATIONS_MAX,
         })
     }
 
@@ -498,9 +498,9 @@ impl<'a, 'p> Solver<'a, 'p> {
         let rest = &problem.mesh.nodes;
         let (mut tool_force_n, mut tool_moment_nm) = (Vec3::zeros(), Vec3::zeros());
         if let Some(contact) = &self.contact {
-            for press in contact.presses(rest, &state.u, &shift, true) {
-                tool_force_n -= press.force_n;
-                tool_moment_nm -= press.at_m.cross(&press.force_n);
+            for force in contact.contact_forces(rest, &state.u, &shift, true) {
+                tool_force_n -= force.force_n;
+                tool_moment_nm -= force.at_m.cross(&force.force_n);
             }
         }
         let parts = self.elements.iter().zip(&problem.mesh.tets);

@@ -18,12 +18,12 @@ pub enum FemError {
         "the mesh has no tetrahedra at an edge length of {size_m} m; choose one above 0 that is smaller than the body"
     )]
     NoElements {
-        /// Edge length asked for, m.
+        /// Requested edge length, m.
         size_m: f64,
     },
     /// An element that is flat or inside out at rest.
     #[error(
-        "tetrahedron {element} has a Jacobian of {jacobian} m³ at rest; allowed: above 0; mend the mesh there"
+        "tetrahedron {element} has a Jacobian of {jacobian} m³ at rest; allowed: above 0; repair the mesh there"
     )]
     Element {
         /// Index of the element.
@@ -46,7 +46,7 @@ pub enum FemError {
         reached * 100.0
     )]
     NoEquilibrium {
-        /// Share of the load that was reached.
+        /// Reached share of the load.
         reached: f64,
         /// Largest unbalanced nodal force, N.
         residual_n: f64,

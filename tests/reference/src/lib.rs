@@ -1,17 +1,17 @@
-//! The reference against which the fast solvers are measured: static equilibrium of a neo-Hookean
-//! body by finite elements, verified against closed forms (`tests/`).
+//! Reference solutions for the fast solvers: static equilibrium of a neo-Hookean body by finite
+//! elements. Tests compare it with closed forms (`tests/`).
 //!
 //! ```text
 //! mesh::graded / lattice / block / …     quadratic tetrahedra
 //! Material                               energy, stress, stiffness (SI)
-//! Problem { holds, gravity, tool }       a body, its holds and loads
+//! Problem { holds, gravity, tool }       a body, its holds and its loads
 //! Problem::solve, solve_as_far           Newton, line search, load steps, sparse Cholesky
-//! Locator                                the answer at any point
+//! Locator                                the solution at any point
 //! ```
 //!
 //! Positions and displacements are in metres in one right-handed frame, forces in newtons. The
-//! solver uses one thread and a fixed order: the same input gives the same bits on the same
-//! machine.
+//! solver uses one thread and a fixed order of operations: on one machine, equal inputs give
+//! bit-identical results.
 
 mod contact;
 mod element;

@@ -2,8 +2,8 @@
 //! position-based solver minimises the same energy.
 //!
 //! `W(F) = μ/2 (F:F − 3) + λ/2 (det F − γ)²`, `λ = λ₀ + μ`, `γ = 1 + μ/λ`, up to a constant.
-//! Linearised at rest it is Hooke's law with Lamé's `μ` and `λ₀`. It stays finite through
-//! inversion.
+//! Linearised at rest it is Hooke's law with Lamé's `μ` and `λ₀`. It stays finite for inverted
+//! elements (`det F ≤ 0`).
 
 use nalgebra::{Matrix3, SMatrix};
 
@@ -12,7 +12,7 @@ use crate::FemError;
 /// Energy of a neo-Hookean material.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Law {
-    /// Calot's law, finite through inversion.
+    /// Calot's law, finite for inverted elements.
     Stable,
     /// `W(F) = μ/2 (J^(−2/3) F:F − 3) + K/2 (J − 1)²`, `J = det F`: the law that other programs
     /// call neo-Hookean.
@@ -39,10 +39,11 @@ pub struct Material {
 }
 
 impl Material {
-    /// Makes a material, and its Lamé constants from `young_pa` and `poisson`.
+    /// Makes a material. Computes Lamé's constants from `young_pa` and `poisson`.
     ///
     /// # Errors
-    /// Unless `young_pa > 0`, `0 <= poisson < 0.5` and `density_kg_m3 >= 0`, all finite.
+    /// [`FemError::Material`] unless `young_pa > 0`, `0 <= poisson < 0.5` and `density_kg_m3 >= 0`,
+    /// all finite.
     pub fn new(young_pa: f64, poisson: f64, density_kg_m3: f64) -> Result<Self, FemError> {
         let check = |name, value: f64, ok: bool, range| {
             if ok && value.is_finite() {
@@ -74,8 +75,8 @@ impl Material {
         })
     }
 
-    /// This material with the energy that other programs call neo-Hookean. The energy splits off
-    /// the change of volume: `μ/2 (J^(−2/3) F:F − 3) + K/2 (J − 1)²`.
+    /// This material with the energy that other programs call neo-Hookean. It separates the change
+    /// of volume from the change of shape: `μ/2 (J^(−2/3) F:F − 3) + K/2 (J − 1)²`.
     #[must_use]
     pub fn isochoric(self) -> Self {
         Self {
@@ -84,7 +85,7 @@ impl Material {
         }
     }
 
-    /// Compression modulus, Pa.
+    /// Bulk modulus, Pa.
     #[must_use]
     pub fn bulk_pa(&self) -> f64 {
         self.lambda - self.mu / 3.0
@@ -108,10 +109,10 @@ impl Material {
         self.gamma
     }
 
-    /// Energy per volume at rest, J/m³; 0 if undeformed.
+    /// Energy per rest volume, J/m³; 0 if undeformed.
     #[must_use]
     pub fn energy(&self, f: &Matrix3<f64>) -> f64 {
-        // Uses F − 1, so that rounding does not swallow the energy of a small strain.
+        // Computed from F − 1, so that the energy of a small strain is not lost by rounding.
         let h = f - Matrix3::identity();
         let trace = h.trace();
         let second = 0.5 * (trace * trace - (h * h).trace()) + h.determinant();
@@ -141,19 +142,23 @@ impl Material {
         self.mu * f + pressure * cofactor(f)
     }
 
-    /// Derivative of the stress, `∂²W/∂F²`, Pa. With `project`, negative curvature is removed, for
-    /// Newton's method far from equilibrium.
+    /// Derivative of the stress, `∂²W/∂F²`, Pa. With `project`, negative eigenvalues become zero,
+    /// for Newton's method far from equilibrium.
     #[must_use]
     pub(crate) fn stiffness(&self, f: &Matrix3<f64>, project: bool) -> Stiffness9 {
         if self.law == Law::Isochoric {
-            let h = self.slope_of_stress(f);
-            return if project { positive(h) } else { h };
+            let h = self.numerical_stiffness(f);
+            return if project {
+                without_negative_eigenvalues(h)
+            } else {
+                h
+            };
         }
         let cof = cofactor(f);
         let flat = SMatrix::<f64, 9, 1>::from_column_slice(cof.as_slice());
         let pressure = self.lambda * (f.determinant() - self.gamma);
         let mut h = Stiffness9::identity() * self.mu + flat * flat.transpose() * self.lambda;
-        // For ∂cof(F)/∂F: the columns of cof are cross products of columns of F.
+        // Adds pressure · ∂cof(F)/∂F. The columns of cof are cross products of columns of F.
         for column in 0..3 {
             let (next, last) = ((column + 1) % 3, (column + 2) % 3);
             let (a, b) = (cross(&f.column(last).into()), cross(&f.column(next).into()));
@@ -165,11 +170,15 @@ impl Material {
                 }
             }
         }
-        if project { positive(h) } else { h }
+        if project {
+            without_negative_eigenvalues(h)
+        } else {
+            h
+        }
     }
 
-    /// Derivative of the stress by central differences, symmetric.
-    fn slope_of_stress(&self, f: &Matrix3<f64>) -> Stiffness9 {
+    /// Derivative of the stress by central differences, made symmetric.
+    fn numerical_stiffness(&self, f: &Matrix3<f64>) -> Stiffness9 {
         let step = 1e-6;
         let mut h = Stiffness9::zeros();
         for j in 0..9 {
@@ -182,8 +191,8 @@ impl Material {
         (h + h.transpose()) * 0.5
     }
 
-    /// Closed form of a bar with Calot's law, pulled along one axis to `stretch`: its lateral
-    /// stretch, and its nominal axial stress in Pa.
+    /// Closed form for a bar of Calot's law under uniaxial tension to `stretch`: its lateral
+    /// stretch, and its nominal axial stress, Pa.
     #[must_use]
     pub fn uniaxial(&self, stretch: f64) -> (f64, f64) {
         // The lateral stress is zero: μ + λ (s t² − γ) s = 0.
@@ -194,7 +203,7 @@ impl Material {
     }
 }
 
-/// Cofactor `det(F) F⁻ᵀ`, which singular `F` has too.
+/// Cofactor `det(F) F⁻ᵀ`. It exists for singular `F` too.
 pub(crate) fn cofactor(f: &Matrix3<f64>) -> Matrix3<f64> {
     let (a, b, c) = (f.column(0), f.column(1), f.column(2));
     Matrix3::from_columns(&[b.cross(&c), c.cross(&a), a.cross(&b)])
@@ -204,7 +213,7 @@ fn cross(v: &nalgebra::Vector3<f64>) -> Matrix3<f64> {
     v.cross_matrix()
 }
 
-fn positive(h: Stiffness9) -> Stiffness9 {
+fn without_negative_eigenvalues(h: Stiffness9) -> Stiffness9 {
     let eigen = h.symmetric_eigen();
     if eigen.eigenvalues.min() >= 0.0 {
         return h;
@@ -250,12 +259,12 @@ mod tests {
     }
 
     #[test]
-    fn rest_is_free_and_follows_hooke() {
+    fn rest_is_free_of_stress_and_follows_hooke() {
         let m = tissue();
         for m in [m, m.isochoric()] {
             assert!(m.stress(&Matrix3::identity()).norm() < 1e-9);
             assert!(m.energy(&Matrix3::identity()).abs() < 1e-9);
-            // Both laws are the same Hooke's law at small strain.
+            // At small strain both laws equal the same Hooke's law.
             let strain = Matrix3::new(2.0, 1.0, 0.0, 1.0, -1.0, 0.5, 0.0, 0.5, 0.3) * 1e-6;
             let lame = m.lambda_pa() - m.mu_pa();
             let hooke = strain * (2.0 * m.mu_pa()) + Matrix3::identity() * (lame * strain.trace());
@@ -278,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_values_are_named() {
+    fn invalid_values_are_named() {
         assert!(Material::new(0.0, 0.3, 1.0).is_err());
         assert!(Material::new(1.0, 0.5, 1.0).is_err());
         assert!(Material::new(1.0, f64::NAN, 1.0).is_err());

@@ -11,14 +11,15 @@ use crate::{FemError, Mesh};
 /// Marks a degree of freedom whose displacement is prescribed.
 pub(crate) const HELD: u32 = u32::MAX;
 
-/// The stiffness between free degrees of freedom, as its lower triangle.
+/// Stiffness matrix of the free degrees of freedom. Only its lower triangle is stored.
 pub(crate) struct System {
-    /// Unknown of each degree of freedom (3 per node), or [`HELD`].
+    /// Index of each degree of freedom (3 per node) among the unknowns, or [`HELD`].
     pub(crate) unknown: Vec<u32>,
     pub(crate) count: usize,
     matrix: SparseColMat<usize, f64>,
     symbolic: SymbolicLlt<usize>,
-    /// For each element, the slots of all pairs of its degrees of freedom (lower triangle).
+    /// For each element, the indices into the matrix's values of all pairs of its degrees of
+    /// freedom (lower triangle).
     slots: Vec<[u32; 465]>,
 }
 
@@ -99,8 +100,8 @@ impl System {
         }
     }
 
-    /// Adds to one entry. Both triangles of a symmetric matrix may be offered; only the lower one
-    /// is taken.
+    /// Adds to one entry. Entries above the diagonal are ignored, so the caller may add both
+    /// triangles of a symmetric matrix.
     pub(crate) fn add(&mut self, row: u32, column: u32, value: f64) {
         if row == HELD || column == HELD || row < column {
             return;
@@ -125,11 +126,11 @@ impl System {
     }
 
     /// Solves for a right-hand side; `None` if the matrix is not positive definite.
-    pub(crate) fn solve(&self, right: &[f64]) -> Option<Vec<f64>> {
+    pub(crate) fn solve(&self, right_side: &[f64]) -> Option<Vec<f64>> {
         let symbolic = self.symbolic.clone();
         let factor =
             Llt::try_new_with_symbolic(symbolic, self.matrix.as_ref(), Side::Lower).ok()?;
-        let mut x = faer::Col::from_fn(right.len(), |i| right[i]);
+        let mut x = faer::Col::from_fn(right_side.len(), |i| right_side[i]);
         factor.solve_in_place(x.as_mat_mut());
         let x: Vec<f64> = x.iter().copied().collect();
         x.iter().all(|v| v.is_finite()).then_some(x)

@@ -1,4 +1,4 @@
-//! The finite elements against closed forms and independent integration.
+//! Compares the finite elements with closed forms and with independent integration.
 
 use fem_reference::{Hold, Material, Mesh, Problem, Solution, Vec3, block, lattice, shell_octant};
 
@@ -47,7 +47,7 @@ fn an_affine_map_is_exact() {
 }
 
 #[test]
-fn a_rigid_turn_costs_nothing() {
+fn a_rigid_rotation_has_no_energy() {
     let mesh = block(Vec3::zeros(), Vec3::new(0.04, 0.02, 0.02), [4, 2, 2]);
     let turn = nalgebra::Rotation3::from_axis_angle(&Vec3::y_axis(), 2.0);
     let ends = mesh.nodes_where(|p| p.x < 1e-9);
@@ -136,8 +136,7 @@ fn inflated(around: usize, through: usize, inner: f64, outer: f64, growth: f64) 
             axis,
         ));
     }
-    // The inner side's hold comes last, because the last hold counts at nodes that also lie on a
-    // plane.
+    // The inner side's hold comes last, because at nodes with several holds the last one counts.
     holds.rotate_left(1);
     let done = solve(&unloaded(&mesh, tissue(0.45), holds));
     let skin = mesh.nodes_where(|p| p.norm() > outer * (1.0 - 1e-6));
@@ -150,7 +149,7 @@ fn inflated(around: usize, through: usize, inner: f64, outer: f64, growth: f64) 
 
 /// Lamé's thick sphere at small strain, and the order of convergence towards his solution.
 #[test]
-fn a_thick_sphere_inflates_as_lame_says() {
+fn a_thick_sphere_inflates_as_lame_predicts() {
     let (a, b, growth) = (0.01, 0.02, 1e-5);
     let m = tissue(0.45);
     let lame = m.lambda_pa() - m.mu_pa();
@@ -172,7 +171,7 @@ fn a_thick_sphere_inflates_as_lame_says() {
 
 /// At 60 % inner growth, the result is compared with the radial equation, integrated independently.
 #[test]
-fn a_thick_sphere_inflates_far_as_the_radial_equation_says() {
+fn a_thick_sphere_inflates_far_as_the_radial_equation_predicts() {
     let (a, b, growth) = (0.01, 0.02, 0.6);
     let m = tissue(0.45);
     let (mu, lambda, gamma) = (m.mu_pa(), m.lambda_pa(), m.gamma());

@@ -1,11 +1,11 @@
-//! A rigid ball and a rigid bar on elastic blocks.
+//! Tests a rigid ball and a rigid bar on elastic blocks.
 
 use fem_reference::{Bar, Hold, Material, Mesh, Problem, Solution, Tool, Vec3, block};
 
 const RADIUS_M: f64 = 0.01;
 
-/// A quarter of a block. The ball touches its upper corner, the origin, where cells are smaller by
-/// `e^grading` than at the far sides.
+/// A quarter of a block. The ball touches its upper corner, at the origin. Cells are smaller there
+/// by `e^grading` than at the far sides.
 fn quarter(size_m: f64, cells: usize, grading: f64) -> Mesh {
     let grade = |s: f64| size_m * (grading * s).exp_m1() / grading.exp_m1();
     block(Vec3::zeros(), Vec3::repeat(1.0), [cells; 3])
@@ -38,9 +38,9 @@ fn pressed(mesh: &Mesh, depths_m: &[f64]) -> Vec<Solution> {
     problem.solve(&stops, &mut |_| {}).expect("equilibrium")
 }
 
-/// Hertz's force at contact radii of 0.1 and 0.14 R, in a block of 70 to 100 contact radii (at 30,
-/// its base would already add 4 %). Measured: 3.4 and 2.2 % above Hertz, and 5.4 % with a coarser
-/// mesh.
+/// Compares with Hertz's force at contact radii of 0.1 and 0.14 R. The block's size is 70 to 100
+/// contact radii; with 30, its fixed base would add 4 % to the force. Measured: 3.4 and 2.2 % above
+/// Hertz, and 5.4 % with a coarser mesh.
 #[test]
 fn a_shallow_dent_approaches_hertz() {
     let stiff = 5000.0 / (1.0 - 0.45 * 0.45);
@@ -70,11 +70,11 @@ fn a_deep_dent_balances_and_does_not_penetrate() {
     let mesh = quarter(0.03, 6, 2.0);
     let depth = 0.5 * RADIUS_M;
     let done = pressed(&mesh, &[depth]).pop().expect("one");
-    let carried: f64 = base(&mesh)
+    let base_force_n: f64 = base(&mesh)
         .iter()
         .map(|&n| done.reaction_n[n as usize].z)
         .sum();
-    let ratio = carried / done.tool_force_n.z;
+    let ratio = base_force_n / done.tool_force_n.z;
     assert!((ratio - 1.0).abs() < 1e-5, "{ratio}");
     let centre = Vec3::z() * (RADIUS_M - depth);
     let moved = mesh
@@ -89,16 +89,16 @@ fn a_deep_dent_balances_and_does_not_penetrate() {
 }
 
 #[test]
-fn a_ball_that_touches_nothing_feels_nothing() {
+fn a_ball_without_contact_has_no_force() {
     let mesh = quarter(0.03, 2, 1.0);
     let done = pressed(&mesh, &[-1e-3]).pop();
     assert!(done.is_none_or(|s| s.tool_force_n.norm() < 1e-12));
 }
 
-/// A slanting bar lies on a block beside its middle. Force and torque on it are those with which
-/// the block is held, about any point; and its force acts where it presses.
+/// A slanting bar presses on a block beside its middle. Force and torque on the bar, about any
+/// point, equal the force and torque of the block's hold. The resultant passes through the contact.
 #[test]
-fn a_bar_off_the_middle_feels_the_torque_that_the_base_bears() {
+fn the_torque_on_an_eccentric_bar_is_that_of_the_base() {
     let mesh = block(Vec3::zeros(), Vec3::new(0.06, 0.04, 0.02), [9, 6, 3]);
     let top = |p: &Vec3| p.z > 0.02 - 1e-9;
     let held = mesh.nodes_where(|p| p.z < 1e-9);
@@ -123,8 +123,8 @@ fn a_bar_off_the_middle_feels_the_torque_that_the_base_bears() {
     };
     let done = problem.solve(&[1.0], &mut |_| {}).expect("equilibrium");
     let done = &done[0];
-    let felt_n = done.tool_force_n;
-    assert!(felt_n.z > 0.01, "{felt_n}");
+    let tool_force_n = done.tool_force_n;
+    assert!(tool_force_n.z > 0.01, "{tool_force_n}");
     for about in [Vec3::zeros(), Vec3::new(-0.1, 0.2, 0.05)] {
         let (mut force_n, mut torque_nm) = (Vec3::zeros(), Vec3::zeros());
         for &n in &held {
@@ -133,13 +133,13 @@ fn a_bar_off_the_middle_feels_the_torque_that_the_base_bears() {
             torque_nm += (mesh.nodes[n] - about).cross(&done.reaction_n[n]);
         }
         let off = (done.tool_torque_nm(&about) - torque_nm).norm();
-        assert!((force_n - felt_n).norm() < 1e-5 * felt_n.norm());
+        assert!((force_n - tool_force_n).norm() < 1e-5 * tool_force_n.norm());
         assert!(off < 1e-5 * torque_nm.norm(), "{about:?}: {off}");
     }
-    // The resultant goes through the top, under the bar.
+    // The resultant passes through the top, under the bar.
     let moment = done.tool_torque_nm(&Vec3::zeros());
-    let through_m = felt_n.cross(&moment) / felt_n.norm_squared();
-    let at_m = through_m + felt_n * ((0.02 - through_m.z) / felt_n.z);
+    let through_m = tool_force_n.cross(&moment) / tool_force_n.norm_squared();
+    let at_m = through_m + tool_force_n * ((0.02 - through_m.z) / tool_force_n.z);
     assert!(
         (0.030..0.06).contains(&at_m.x) && (0.022..0.030).contains(&at_m.y),
         "{at_m}"

@@ -150,6 +150,7 @@ fn figures_are_named_as_in_summary_json_and_runs_add_up_and_compare() {
         "period_ns",
         "tick_ns",
         "motion_to_force_ns",
+        "motion_to_tick_ns",
         "hand_to_force_ns",
         "hand_to_force_more_ns",
         "force_to_publish_ns",

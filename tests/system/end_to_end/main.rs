@@ -1,6 +1,7 @@
 //! Tests of the real programs: stations, their processes, devices on real lines, screens and
 //! networks.
 
+mod acts;
 mod bad_input;
 mod by_hand;
 mod centre;

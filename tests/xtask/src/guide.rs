@@ -9,23 +9,33 @@ use crate::steps::step;
 
 /// Turns of each option.
 const TURNS: usize = 5;
-/// Options that take turns with each other and with none: name, and words of `calot jitter`.
-const KINDS: [(&str, &[&str]); 3] = [
-    ("without", &[]),
-    ("why", &["--why"]),
-    ("follow", &["--follow-device"]),
+/// Runs that take turns: name, scene, and words of `calot jitter`.
+const KINDS: [(&str, &str, &[&str]); 4] = [
+    ("without", TRIANGLE, &[]),
+    ("why", TRIANGLE, &["--why"]),
+    ("follow", TRIANGLE, &["--follow-device"]),
+    ("small", "built-in", &["--follow-device"]),
 ];
+const TRIANGLE: &str = "triangle";
 /// Figures of the table: name, row and column of `jitter.csv`, and unit in ns.
-const FIGURES: [(&str, &str, &str); 6] = [
+const FIGURES: [(&str, &str, &str); 13] = [
     ("wake-up p50, µs", "wake_latency_ns", "p50"),
     ("wake-up p99, µs", "wake_latency_ns", "p99"),
     ("whole tick p50, µs", "tick_ns", "p50"),
     ("whole tick p99, µs", "tick_ns", "p99"),
     ("motion to force p50, µs", "motion_to_force_ns", "p50"),
     ("motion to force p99, µs", "motion_to_force_ns", "p99"),
+    ("… before the tick p50, µs", "motion_to_tick_ns", "p50"),
+    ("… before the tick p99, µs", "motion_to_tick_ns", "p99"),
+    ("… sample p50, µs", "stage_ns.sample", "p50"),
+    ("… tool p50, µs", "stage_ns.tool", "p50"),
+    ("… contact p50, µs", "stage_ns.contact", "p50"),
+    ("… solve p50, µs", "stage_ns.solve", "p50"),
+    ("… force p50, µs", "stage_ns.force", "p50"),
 ];
-/// Name of the last row.
+/// Names of the last rows.
 const MISSED: &str = "missed in a million periods";
+const LOAD: &str = "load average before the run";
 /// File of the table.
 const FILE: &str = "tests/results/guide.csv";
 const FOLDER: &str = "target/jitter/guide";
@@ -46,21 +56,28 @@ pub(crate) fn measure(args: &[String]) -> Result<(), String> {
         }
     };
     // One compiled scene for all turns: a recipe would be compiled more coarsely in a busy moment.
-    let scene = format!("{FOLDER}/triangle.calot");
     std::fs::create_dir_all(FOLDER).map_err(|error| format!("{FOLDER}: {error}"))?;
-    ran(Command::new(&program).args(["prepare", "triangle", "--overwrite", "--out", &scene]))?;
+    let compiled = |scene: &str| format!("{FOLDER}/{scene}.calot");
+    for scene in [TRIANGLE, "built-in"] {
+        let out = compiled(scene);
+        ran(Command::new(&program).args(["prepare", scene, "--overwrite", "--out", &out]))?;
+    }
     let mut runs: [Vec<Run>; KINDS.len()] = Default::default();
     for turn in 0..TURNS {
         // Each turn begins with another one, so that none always follows a rest.
         for i in 0..KINDS.len() {
             let of = (turn + i) % KINDS.len();
-            if let (Some((name, words)), Some(runs)) = (KINDS.get(of), runs.get_mut(of)) {
+            if let (Some((name, scene, words)), Some(runs)) = (KINDS.get(of), runs.get_mut(of)) {
+                let scene = compiled(scene);
                 let out = format!("{FOLDER}/{name}-{turn}");
                 let begin = ["jitter", "--scene", &scene, "--seconds", seconds];
                 let place = ["--station", "jitter-guide", "--overwrite", "--out", &out];
                 println!("\n== {out}");
+                let load = load();
                 ran(Command::new(&program).args(begin).args(place).args(*words))?;
-                runs.push(read(&Path::new(&out).join("jitter.csv"))?);
+                let mut run = read(&Path::new(&out).join("jitter.csv"))?;
+                run.extend(load.map(|load| (key(LOAD, "count"), load)));
+                runs.push(run);
             }
         }
     }
@@ -86,6 +103,16 @@ fn read(path: &Path) -> Result<Run, String> {
     Ok(parsed(&text))
 }
 
+fn key(row: &str, column: &str) -> (String, String) {
+    (row.to_owned(), column.to_owned())
+}
+
+/// The machine's load average of a minute.
+fn load() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/loadavg").ok()?;
+    text.split_whitespace().next()?.parse().ok()
+}
+
 /// Reads a `jitter.csv`.
 fn parsed(text: &str) -> Run {
     let mut lines = text.lines().map(|line| line.split(','));
@@ -103,35 +130,36 @@ fn parsed(text: &str) -> Run {
 }
 
 fn missed(run: &Run) -> Option<f64> {
-    let count = |name: &str| run.get(&(name.to_owned(), "count".to_owned()));
+    let count = |name: &str| run.get(&key(name, "count"));
     let (missed, ticks) = (count("deadline_misses")?, count("ticks")?);
     Some(missed / (ticks + missed) * 1e6)
 }
 
 /// The table: medians of the turns, and medians of the ratios within a turn.
 fn table(runs: &[Vec<Run>; KINDS.len()]) -> Option<String> {
-    let mut text = "figure,without,why,why_ratio,follow,follow_ratio\n".to_owned();
+    let mut text = "figure,without,why,why_ratio,follow,follow_ratio,small\n".to_owned();
     let mut row = |name: &str, of: &dyn Fn(&Run) -> Option<f64>| {
         let values = |runs: &Vec<Run>| runs.iter().map(of).collect::<Option<Vec<f64>>>();
-        let [without, why, follow] = runs.each_ref().map(values);
-        let (without, why, follow) = (without?, why?, follow?);
+        let [without, why, follow, small] = runs.each_ref().map(values);
+        let (without, why, follow, small) = (without?, why?, follow?, small?);
         let ratio = |other: &[f64]| {
             let ratios = other.iter().zip(&without).map(|(b, a)| b / a);
             median(ratios.collect())
         };
         let (why_ratio, follow_ratio) = (ratio(&why)?, ratio(&follow)?);
-        let [without, why, follow] = [without, why, follow].map(median);
+        let [without, why, follow, small] = [without, why, follow, small].map(median);
         text += &format!(
-            "\"{name}\",{:.1},{:.1},{why_ratio:.3},{:.1},{follow_ratio:.3}\n",
-            without?, why?, follow?
+            "\"{name}\",{:.1},{:.1},{why_ratio:.3},{:.1},{follow_ratio:.3},{:.1}\n",
+            without?, why?, follow?, small?
         );
         Some(())
     };
     for (name, line, column) in FIGURES {
-        let key = (line.to_owned(), column.to_owned());
+        let key = key(line, column);
         row(name, &|run| run.get(&key).map(|ns| ns / 1e3))?;
     }
     row(MISSED, &missed)?;
+    row(LOAD, &|run| run.get(&key(LOAD, "count")).copied())?;
     Some(text)
 }
 
@@ -148,9 +176,12 @@ mod tests {
     fn of(times: f64) -> Run {
         let ns = times * 1e5;
         let mut text = "name,count,p50,p90,p99\n".to_owned();
-        for name in ["wake_latency_ns", "tick_ns", "motion_to_force_ns"] {
+        let mut names: Vec<&str> = FIGURES.iter().map(|figure| figure.1).collect();
+        names.dedup();
+        for name in names {
             text += &format!("{name},1000,{ns},{ns},{}\n", 2.0 * ns);
         }
+        text += &format!("{LOAD},1.5,,,\n");
         text += "ticks,999000,,,\n";
         text += &format!("deadline_misses,{},,,\n", 1000.0 * times);
         parsed(&text)
@@ -160,24 +191,28 @@ mod tests {
     fn the_table_has_medians_and_the_medians_of_ratios_within_a_turn() {
         // One turn of five was slow for all three: the ratios do not see it.
         let turns = [1.0, 1.0, 7.0, 1.0, 1.0];
-        let runs = [1.0, 2.0, 0.5].map(|k| turns.iter().map(|turn| of(k * turn)).collect());
+        let runs = [1.0, 2.0, 0.5, 0.1].map(|k| turns.iter().map(|turn| of(k * turn)).collect());
         let table = table(&runs).unwrap();
         let lines: Vec<&str> = table.lines().collect();
-        assert_eq!(lines.len(), 1 + 7);
-        assert_eq!(lines[1], "\"wake-up p50, µs\",100.0,200.0,2.000,50.0,0.500");
+        assert!(load().is_some_and(|load| load >= 0.0));
+        assert_eq!(lines.len(), 1 + FIGURES.len() + 2);
+        assert_eq!(
+            lines[1],
+            "\"wake-up p50, µs\",100.0,200.0,2.000,50.0,0.500,10.0"
+        );
         assert_eq!(
             lines[6],
-            "\"motion to force p99, µs\",200.0,400.0,2.000,100.0,0.500"
+            "\"motion to force p99, µs\",200.0,400.0,2.000,100.0,0.500,20.0"
         );
         assert!(
-            lines[7].starts_with("\"missed in a million periods\",1000.0,"),
+            lines[14].starts_with("\"missed in a million periods\",1000.0,"),
             "{table}"
         );
     }
 
     #[test]
     fn a_run_without_a_figure_makes_no_table() {
-        let runs = [of(1.0), Run::new(), of(1.0)].map(|run| vec![run]);
+        let runs = [of(1.0), Run::new(), of(1.0), of(1.0)].map(|run| vec![run]);
         assert_eq!(table(&runs), None);
     }
 }

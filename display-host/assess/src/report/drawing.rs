@@ -58,7 +58,7 @@ pub(super) fn step(length: f64, count: f64) -> f64 {
 }
 
 /// Kinds of events that the time line shows, one lane each, from the top.
-pub const LANES: [&str; 12] = [
+pub const LANES: [&str; 14] = [
     "hung",
     "electro",
     "grasp",
@@ -71,6 +71,8 @@ pub const LANES: [&str; 12] = [
     "fall",
     "shake",
     "buried",
+    "opened",
+    "unclipped",
 ];
 
 /// Time line of the events, with a lane for each kind.

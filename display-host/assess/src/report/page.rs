@@ -10,6 +10,7 @@ use crate::assessment::Moment;
 use crate::metrics::{Metric, Values};
 use crate::task::Outcome;
 
+mod acts;
 mod asides;
 mod compared;
 mod judged;
@@ -192,6 +193,7 @@ fn one(page: &mut Page<'_>, chapter: &Chapter) {
     asides::slow(page, chapter);
     verdict(page, chapter);
     lessons::write(page, chapter);
+    acts::write(page, chapter);
     judged::injuries(page, &it.injuries);
     judged::pass_rules(page, chapter);
     judged::points(page, chapter);

@@ -70,7 +70,8 @@ impl Rules {
     }
 
     /// Flow from an organ of this kind after a complete cut, ml/min.
-    pub(crate) fn flow_ml_min(&self, kind: Option<OrganKind>) -> f64 {
+    #[must_use]
+    pub fn flow_ml_min(&self, kind: Option<OrganKind>) -> f64 {
         let mut flows = self.flow_ml_min.iter();
         flows
             .find(|(organ, _)| Some(*organ) == kind)

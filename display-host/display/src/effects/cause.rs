@@ -1,5 +1,6 @@
 //! Causes of effects: events of the controller, and the electrode.
 
+use assess::Rules;
 use glam::Vec3;
 use shared_mem::message::{Event, EventMsg, ToolFrame};
 use shared_mem::scene::OrganKind;
@@ -20,9 +21,9 @@ pub enum Kind {
     Steam,
     /// Sparks of a cutting current.
     Sparks,
-    /// Blood under pressure, which pulses, drips, runs down and gathers in pools.
+    /// Blood, which runs down, drips and gathers in pools. From an artery it spurts.
     Blood,
-    /// Bile from a hole, which seeps, runs down and gathers in pools.
+    /// Bile, which runs down, drips and gathers in pools.
     Bile,
     /// Charring of the surface.
     Char,
@@ -43,14 +44,47 @@ pub struct Effect {
     /// Duration of the source, s. Char appears at once, as wide as a current of this duration burns
     /// it.
     pub lasts_s: f32,
+    /// Flow of blood or bile at strength 1; nothing for other kinds.
+    pub flow: Flow,
+}
+
+/// Flow of blood or bile from a source of strength 1.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Flow {
+    /// Mean flow, ml/min.
+    pub ml_min: f32,
+    /// True if it spurts with the heartbeat, as from an artery; false if it oozes.
+    pub pulses: bool,
+}
+
+impl Flow {
+    /// Flow from an organ of this kind when it is fully open: that of the rules by which the
+    /// operation is assessed, so that the picture and the metrics tell the same volume.
+    #[must_use]
+    pub fn of_organ(rules: &Rules, organ: OrganKind) -> Self {
+        let pulses = matches!(organ, OrganKind::CysticArtery | OrganKind::Vessel);
+        Self {
+            ml_min: rules.flow_ml_min(Some(organ)) as f32,
+            pulses,
+        }
+    }
 }
 
 impl Effect {
+    /// Duration of a leak, s. It flows until it is reported closed.
+    pub const LEAK_S: f32 = LEAK_S;
+
+    /// True for the report of a leak, which lasts until another report changes or closes it.
+    #[must_use]
+    pub fn is_leak(&self) -> bool {
+        self.lasts_s >= LEAK_S
+    }
+
     /// Effect of an event on an organ of this kind. `None` if the event has no effect. Ducts leak
     /// bile, and so does a gallbladder that leaks or is perforated. Other organs bleed, except fat
-    /// and connective tissue.
+    /// and connective tissue. The rules name the flow of each kind of organ.
     #[must_use]
-    pub fn of_event(event: &EventMsg, organ: Option<OrganKind>) -> Option<Self> {
+    pub fn of_event(event: &EventMsg, organ: Option<OrganKind>, rules: &Rules) -> Option<Self> {
         use OrganKind as Organ;
         let event_kind = event.decode().ok()?;
         let (kind, much) = match organ? {
@@ -85,6 +119,7 @@ impl Effect {
             along: Vec3::ZERO,
             strength,
             lasts_s,
+            flow: Flow::of_organ(rules, organ?),
         })
     }
 
@@ -119,6 +154,7 @@ impl Effect {
             at_m,
             along,
             strength,
+            flow: Flow::default(),
             // Effects other than char last a little longer than `seconds`, so that they do not stop
             // while the electrode is on.
             lasts_s: if kind == Kind::Char {

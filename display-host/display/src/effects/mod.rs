@@ -3,12 +3,14 @@
 //!
 //! ```text
 //! events, tools ─► Effect ─► sources ─► particles (billboards)
-//!                    │          └─────► stains (on the skin at rest: they move with it)
+//!                    │          └─────► fluid (blood and bile on the skin, and in drops)
+//!                    ├────────────────► stains (char, on the skin at rest: it moves with it)
 //!                    ├────────────────► haze (spread smoke, which settles or is evacuated)
 //!                    └────────────────► wear (residues on the instrument)
 //! ```
 
 mod cause;
+pub mod fluid;
 mod haze;
 mod particle;
 mod played;
@@ -16,13 +18,13 @@ mod source;
 mod stain;
 mod wear;
 
-pub(crate) use played::{Causes, EffectCollector, Stretch};
+pub(crate) use played::{Causes, EffectCollector, Stretch, TICK_S};
 
 use glam::Vec3;
 use shared_mem::message::ToolFrame;
 
-use self::cause::LEAK_S;
-pub use self::cause::{Effect, Kind};
+pub use self::cause::{Effect, Flow, Kind};
+use self::fluid::Fluids;
 use self::haze::{DRAUGHT_M_S, Haze, MOUTH_M};
 pub use self::particle::{PARTICLES, Particle};
 use self::source::Source;
@@ -38,8 +40,14 @@ const DRIED_M: f32 = 0.004;
 /// Leaks of one kind that are nearer to each other than this are one leak, m. All events of a leak
 /// have the same position.
 const SAME_LEAK_M: f32 = 0.000_1;
-/// Longest time that the effects catch up with in one frame, s.
-const CATCH_UP_S: f32 = 0.25;
+/// Largest number of steps that particles catch up with in one frame.
+const CATCH_UP: u32 = 30;
+/// Number of steps after which blood and bile make one step.
+const FLUID_EVERY: u32 = 4;
+/// Number of steps of blood and bile in one frame, above which they become longer.
+const FLUID_STEPS_MAX: u32 = 45;
+/// Longest time that blood and bile catch up with in one frame, s.
+const FLOWS_MAX_S: f32 = 20.0;
 
 /// All running effects.
 #[derive(Debug, Clone)]
@@ -47,6 +55,7 @@ pub struct Effects {
     sources: Vec<Source>,
     particles: Vec<Particle>,
     stains: Vec<Stain>,
+    fluids: Fluids,
     haze: Haze,
     wear: Wear,
     /// Position of the trocar through which smoke is evacuated, world frame, m. `None` if its valve
@@ -55,6 +64,8 @@ pub struct Effects {
     /// Unit vector against gravity.
     up: Vec3,
     left_s: f32,
+    /// Steps since the last one of blood and bile.
+    waited: u32,
     /// Count of emitted particles. It seeds their randomness, so the same effects give the same
     /// pictures.
     thrown: u32,
@@ -64,15 +75,18 @@ impl Effects {
     /// No effects yet; `up` points against gravity.
     #[must_use]
     pub fn new(up: Vec3) -> Self {
+        let up = up.normalize_or(Vec3::Y);
         Self {
             sources: Vec::new(),
             particles: Vec::new(),
             stains: Vec::new(),
+            fluids: Fluids::new(up),
             haze: Haze::default(),
             wear: Wear::default(),
             suction_m: None,
-            up: up.normalize_or(Vec3::Y),
+            up,
             left_s: 0.0,
+            waited: 0,
             thrown: 0,
         }
     }
@@ -81,13 +95,18 @@ impl Effects {
     /// of a leak replaces the earlier one, and a report of strength 0 stops the leak.
     pub fn begin(&mut self, effect: &Effect, skin: &Skin<'_>) {
         let sane = effect.at_m.is_finite() && effect.along.is_finite();
-        if sane && effect.lasts_s >= LEAK_S {
-            self.sources.retain(|source| {
-                let leaks = source.effect.lasts_s >= LEAK_S && source.effect.kind == effect.kind;
-                !(leaks && source.effect.at_m.distance(effect.at_m) < SAME_LEAK_M)
-            });
-        }
         let flows = effect.strength > 0.0 && effect.lasts_s > 0.0;
+        if sane && effect.is_leak() {
+            let is_same = |source: &Source| {
+                let leaks = source.effect.is_leak() && source.effect.kind == effect.kind;
+                leaks && source.effect.at_m.distance(effect.at_m) < SAME_LEAK_M
+            };
+            if flows && let Some(source) = self.sources.iter_mut().find(|it| is_same(it)) {
+                source.effect.strength = effect.strength;
+                return;
+            }
+            self.sources.retain(|it| !is_same(it));
+        }
         if !(sane && flows) {
             return;
         }
@@ -113,8 +132,8 @@ impl Effects {
         // two ends of a cut tube are two sources.
         let same = |s: &&mut Source| {
             s.effect.kind == effect.kind
-                && s.effect.lasts_s < LEAK_S
-                && effect.lasts_s < LEAK_S
+                && !s.effect.is_leak()
+                && !effect.is_leak()
                 && s.effect.at_m.distance(effect.at_m) < 0.002
         };
         if let Some(source) = self.sources.iter_mut().find(same) {
@@ -127,20 +146,33 @@ impl Effects {
         self.sources.push(Source::new(effect, vertex));
     }
 
-    /// Advances the effects by `seconds`.
+    /// Advances the effects by `seconds`. Of a long time, particles play only the end; blood and
+    /// bile flow all the time, up to `FLOWS_MAX_S`.
     pub fn advance(&mut self, seconds: f32, skin: &Skin<'_>) {
-        self.left_s = (self.left_s + seconds.max(0.0)).min(CATCH_UP_S);
-        while self.left_s >= STEP_S {
-            self.left_s -= STEP_S;
-            self.step(skin);
+        let seconds = if seconds.is_finite() { seconds } else { 0.0 };
+        self.left_s += seconds.clamp(0.0, FLOWS_MAX_S);
+        let steps = (self.left_s / STEP_S) as u32;
+        self.left_s = (self.left_s - steps as f32 * STEP_S).max(0.0);
+        // Fluid takes longer steps through a long time.
+        let stride = FLUID_EVERY * steps.div_ceil(FLUID_EVERY * FLUID_STEPS_MAX).max(1);
+        self.fluids.begin_moment(skin);
+        for step in 0..steps {
+            let is_played = step + CATCH_UP >= steps;
+            self.step(is_played, skin);
+            self.waited += 1;
+            if self.waited >= stride {
+                self.fluids.step(self.waited as f32 * STEP_S, skin);
+                self.waited = 0;
+            }
         }
     }
 
-    fn step(&mut self, skin: &Skin<'_>) {
+    /// A step. Time that is not played passes for sources of blood and bile only.
+    fn step(&mut self, is_played: bool, skin: &Skin<'_>) {
         let Self {
             sources,
             particles,
-            stains,
+            fluids,
             haze,
             wear,
             suction_m,
@@ -149,25 +181,27 @@ impl Effects {
             ..
         } = self;
         for source in sources.iter_mut() {
-            source.step(STEP_S, skin, *up, particles, stains, thrown);
+            if is_played || matches!(source.effect.kind, Kind::Blood | Kind::Bile) {
+                source.step(STEP_S, skin, particles, fluids, thrown);
+            }
         }
         sources.retain(Source::is_on);
+        if !is_played {
+            return;
+        }
         haze.step(STEP_S, suction_m.is_some());
-        wear.step(STEP_S, sources, particles);
+        wear.step(STEP_S, sources, fluids);
         particles.retain_mut(|particle| {
             let draught_m_s = suction_m.map_or(Vec3::ZERO, |port_m| {
                 (port_m - particle.at_m).normalize_or_zero() * DRAUGHT_M_S
             });
-            let hit = particle.step(STEP_S, *up, draught_m_s, skin);
-            if let Some((vertex, kind)) = hit {
-                stain::splash(stains, skin, vertex, kind);
-            }
+            particle.step(STEP_S, *up, draught_m_s);
             let has_left = suction_m.is_some_and(|port_m| port_m.distance(particle.at_m) < MOUTH_M);
             let is_alive = particle.is_alive();
             if !is_alive && !has_left {
                 haze.take(particle);
             }
-            hit.is_none() && is_alive && !has_left
+            is_alive && !has_left
         });
     }
 
@@ -211,11 +245,22 @@ impl Effects {
         &self.stains
     }
 
+    /// Blood and bile outside of vessels.
+    #[must_use]
+    pub fn fluids(&self) -> &Fluids {
+        &self.fluids
+    }
+
+    /// Prepares for a skin whose triangles have changed.
+    pub(crate) fn skin_changed(&mut self) {
+        self.fluids.skin_changed();
+    }
+
     /// Stops bleeding near a place. A leak continues until the controller reports it closed.
     fn dry(&mut self, at_m: Vec3) {
         self.sources.retain(|s| {
             s.effect.kind != Kind::Blood
-                || s.effect.lasts_s >= LEAK_S
+                || s.effect.is_leak()
                 || s.effect.at_m.distance(at_m) > DRIED_M
         });
     }
@@ -225,6 +270,7 @@ impl Effects {
         self.sources.clear();
         self.particles.clear();
         self.stains.clear();
+        self.fluids = Fluids::new(self.up);
         self.haze = Haze::default();
         self.wear = Wear::default();
     }

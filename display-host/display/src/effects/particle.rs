@@ -3,7 +3,6 @@
 use glam::Vec3;
 
 use super::Kind;
-use super::stain::Skin;
 
 /// Largest number of particles.
 pub const PARTICLES: usize = 480;
@@ -50,15 +49,8 @@ impl Particle {
         }
     }
 
-    /// Moves the particle by one time step. The draught (m/s) moves only smoke and steam. Returns
-    /// the vertex and the kind of a drop that meets skin; the caller then removes the drop.
-    pub(super) fn step(
-        &mut self,
-        step_s: f32,
-        up: Vec3,
-        draught_m_s: Vec3,
-        skin: &Skin<'_>,
-    ) -> Option<(usize, Kind)> {
+    /// Moves the particle by one time step. The draught (m/s) moves only smoke and steam.
+    pub(super) fn step(&mut self, step_s: f32, up: Vec3, draught_m_s: Vec3) {
         self.age_s += step_s;
         match self.kind {
             Kind::Smoke | Kind::Steam => {
@@ -76,13 +68,6 @@ impl Particle {
             }
         }
         self.at_m += self.velocity_m_s * step_s;
-        let wets = matches!(self.kind, Kind::Blood | Kind::Bile);
-        // A drop must first leave its source.
-        if !wets || self.age_s < 0.08 {
-            return None;
-        }
-        let vertex = skin.struck(self.at_m)?;
-        Some((vertex, self.kind))
     }
 }
 

@@ -1,7 +1,6 @@
 //! Effects that events and the electrode cause, and their order in time between two pictures.
 
-use std::time::Instant;
-
+use assess::Rules;
 use glam::Vec3;
 use shared_mem::message::{EventMsg, SphereState, StateFrame, ToolFrame};
 use shared_mem::scene::{OrganKind, SceneFile};
@@ -13,6 +12,11 @@ use crate::render::Renderer;
 /// Interval at which the electrode is sampled between two pictures, s. It is also the longest time
 /// step in which effects are played.
 const LOOK_S: f32 = 1.0 / 30.0;
+/// Number of ticks in [`LOOK_S`], rounded down.
+const LOOK_TICKS: u64 = 33;
+/// Period of the tick, s. Effects follow the record's time, so that a replay of any speed shows as
+/// much blood as the run did.
+pub(crate) const TICK_S: f32 = 0.001;
 /// Longest time between two pictures that is played, s. Of a longer time only the end is played,
 /// because no particle lives longer.
 const STRETCH_MAX_S: f32 = 20.0;
@@ -25,6 +29,8 @@ const EFFECTS_MAX: usize = 4096;
 pub(crate) struct Causes {
     organ_kinds: Vec<Option<OrganKind>>,
     radii_m: Vec<f32>,
+    /// Flow of each kind of organ.
+    rules: Rules,
 }
 
 impl Causes {
@@ -33,13 +39,14 @@ impl Causes {
         Self {
             organ_kinds: kinds.collect(),
             radii_m: scene.spheres().iter().map(|it| it.radius_m).collect(),
+            rules: Rules::default(),
         }
     }
 
     /// Effect of an event.
     pub(crate) fn event(&self, event: &EventMsg) -> Option<Effect> {
         let kind = self.organ_kinds.get(event.organ as usize).copied();
-        Effect::of_event(event, kind.flatten())
+        Effect::of_event(event, kind.flatten(), &self.rules)
     }
 
     /// Effects of the electrode during `seconds`.
@@ -62,10 +69,10 @@ pub(crate) struct EffectCollector {
     causes: Causes,
     /// New effects, and the time of each since the last picture, s.
     began: Vec<(f32, Effect)>,
-    /// Time of the last picture.
-    since: Instant,
-    /// Time from the last picture to the last sample of the electrode, s.
-    looked_s: f32,
+    /// Tick of the last picture; `None` before the first tick.
+    since: Option<u64>,
+    /// Tick of the last sample of the electrode.
+    looked: u64,
     cleared: bool,
 }
 
@@ -83,19 +90,22 @@ impl EffectCollector {
         Self {
             causes: Causes::of(scene),
             began: Vec::new(),
-            since: Instant::now(),
-            looked_s: 0.0,
+            since: None,
+            looked: 0,
             cleared: false,
         }
     }
 
-    fn now_s(&self) -> f32 {
-        self.since.elapsed().as_secs_f32()
+    /// Time from the last picture to this tick, s.
+    fn at_s(&mut self, tick: u64) -> f32 {
+        let since = *self.since.get_or_insert(tick);
+        tick.saturating_sub(since) as f32 * TICK_S
     }
 
-    fn begin(&mut self, effect: Effect) {
+    fn begin(&mut self, tick: u64, effect: Effect) {
+        let at_s = self.at_s(tick);
         if self.began.len() < EFFECTS_MAX {
-            self.began.push((self.now_s(), effect));
+            self.began.push((at_s, effect));
         }
     }
 
@@ -104,31 +114,31 @@ impl EffectCollector {
             self.clear();
         }
         if let Some(effect) = self.causes.event(event) {
-            self.begin(effect);
+            self.begin(event.tick, effect);
         }
     }
 
     /// Samples the electrode if the last sample is at least [`LOOK_S`] old.
     pub(crate) fn look(&mut self, state: &StateFrame, tools: &ToolFrame) {
-        let now_s = self.now_s();
-        if now_s - self.looked_s >= LOOK_S {
-            self.looked_s = now_s;
+        if state.tick.saturating_sub(self.looked) >= LOOK_TICKS {
+            self.looked = state.tick;
             for effect in self.causes.electrode(state, tools, LOOK_S) {
-                self.begin(effect);
+                self.begin(state.tick, effect);
             }
         }
     }
 
-    /// Drops all effects, because the organs were reset.
+    /// Drops all effects, because the organs were reset or another controller counts its own ticks.
     pub(crate) fn clear(&mut self) {
         self.began.clear();
+        (self.since, self.looked) = (None, 0);
         self.cleared = true;
     }
 
-    /// Takes the effects since the last picture.
-    pub(crate) fn take(&mut self) -> Stretch {
-        let seconds = self.now_s();
-        (self.since, self.looked_s) = (Instant::now(), 0.0);
+    /// Takes the effects from the last picture to the picture of this tick.
+    pub(crate) fn take(&mut self, tick: u64) -> Stretch {
+        let seconds = self.at_s(tick);
+        self.since = Some(tick);
         Stretch {
             seconds,
             began: std::mem::take(&mut self.began),

@@ -1,17 +1,29 @@
-//! Sources, which emit particles and wet the skin around them.
+//! Sources, which emit particles, and pour blood and bile on the skin.
 
 use glam::Vec3;
 
+use super::fluid::{Fluids, Gush};
 use super::particle::Particle;
-use super::stain::{self, Skin, Stain};
+use super::stain::Skin;
 use super::{Effect, Kind, chance, throw};
 
 /// Period of the heartbeat, s.
 const BEAT_S: f32 = 0.86;
-/// Speed of blood that spurts at a pressure of 1, m/s. Bile seeps.
-const SPURT_M_S: f32 = 0.55;
-/// Interval between the marks of blood or bile that runs down, at a pressure of 1, s.
-const RUN_S: f32 = 0.12;
+/// Pressure of an artery between the beats, as a share of its peak.
+const RESTING: f32 = 0.15;
+/// Duration of a beat's pressure, as a share of the period.
+const BEAT: f32 = 0.22;
+/// Mean of an artery's pressure over a beat, as a share of its peak: the area under the beat's bell
+/// (half of √π times its width) and what rests.
+const MEAN: f32 = RESTING + (1.0 - RESTING) * 0.886_227 * BEAT;
+/// Speed of blood that spurts at an artery's peak, m/s.
+const SPURT_M_S: f32 = 0.42;
+/// Share of an artery's blood that spurts at the peak. The rest runs down.
+const SPURTING: f32 = 0.45;
+/// Pressure above which blood spurts, as a share of the peak.
+const SPURTS: f32 = 0.4;
+/// Volume of a drop that spurts, m³.
+const SPURT_M3: f64 = 3e-9;
 
 /// A running source.
 #[derive(Debug, Clone)]
@@ -20,11 +32,10 @@ pub(super) struct Source {
     age_s: f32,
     /// Accumulated fraction of the next particle.
     due: f32,
+    /// Volume of blood or bile that is to leave with the next parcel, m³.
+    due_m3: f64,
     /// Vertex of the skin at the source.
     mouth: Option<usize>,
-    /// Vertex of the skin that the blood or bile running down has reached.
-    front: Option<usize>,
-    run_s: f32,
 }
 
 impl Source {
@@ -33,9 +44,8 @@ impl Source {
             effect,
             age_s: 0.0,
             due: 0.0,
+            due_m3: 0.0,
             mouth,
-            front: mouth,
-            run_s: 0.0,
         }
     }
 
@@ -49,51 +59,85 @@ impl Source {
         self.age_s < self.effect.lasts_s
     }
 
-    /// Pressure, 0 to 1. The pressure of blood pulses with the heart. The pressures of blood and
-    /// bile fall to 0 during the source's duration.
-    fn pressure(&self) -> f32 {
-        let left = 1.0 - self.age_s / self.effect.lasts_s;
-        match self.effect.kind {
-            Kind::Blood => {
-                let phase = (self.age_s / BEAT_S).fract();
-                left * (0.15 + 0.85 * (-(phase / 0.22).powi(2)).exp())
-            }
-            Kind::Bile => 0.5 * left,
-            _ => 1.0,
-        }
+    /// Pressure of an artery as a share of its peak.
+    fn beat(&self) -> f32 {
+        let phase = (self.age_s / BEAT_S).fract();
+        RESTING + (1.0 - RESTING) * (-(phase / BEAT).powi(2)).exp()
+    }
+
+    /// Flow as a share of the mean flow. A leak flows until it is closed. A tube that empties itself
+    /// flows less and less.
+    fn share(&self) -> f32 {
+        let left = match self.effect.is_leak() {
+            true => 1.0,
+            false => (1.0 - self.age_s / self.effect.lasts_s).max(0.0),
+        };
+        let pulse = if self.effect.flow.pulses {
+            self.beat() / MEAN
+        } else {
+            1.0
+        };
+        left * pulse
     }
 
     pub(super) fn step(
         &mut self,
         step_s: f32,
         skin: &Skin<'_>,
-        up: Vec3,
         particles: &mut Vec<Particle>,
-        stains: &mut Vec<Stain>,
+        fluids: &mut Fluids,
         thrown: &mut u32,
     ) {
         self.age_s += step_s;
-        let pressure = self.pressure() * self.effect.strength.min(2.0);
+        if matches!(self.effect.kind, Kind::Blood | Kind::Bile) {
+            self.pour(step_s, skin, fluids, thrown);
+            return;
+        }
         let per_second = match self.effect.kind {
             Kind::Smoke => 48.0,
             Kind::Steam => 30.0,
             Kind::Sparks => 70.0,
-            Kind::Blood => 46.0,
-            Kind::Bile => 5.0,
-            Kind::Char => 0.0,
+            Kind::Blood | Kind::Bile | Kind::Char => 0.0,
         };
-        self.due += per_second * pressure * step_s;
+        self.due += per_second * self.effect.strength.min(2.0) * step_s;
         while self.due >= 1.0 {
             self.due -= 1.0;
             *thrown = thrown.wrapping_add(1);
-            throw(particles, self.particle(pressure, *thrown));
-        }
-        if matches!(self.effect.kind, Kind::Blood | Kind::Bile) {
-            self.wet(step_s, pressure, skin, up, stains);
+            throw(particles, self.particle(*thrown));
         }
     }
 
-    fn particle(&self, pressure: f32, count: u32) -> Particle {
+    /// Pours what flows in a step.
+    fn pour(&mut self, step_s: f32, skin: &Skin<'_>, fluids: &mut Fluids, thrown: &mut u32) {
+        let mean_m3_s =
+            f64::from(self.effect.flow.ml_min * self.effect.strength.min(2.0)) * 1e-6 / 60.0;
+        self.due_m3 += mean_m3_s * f64::from(self.share() * step_s);
+        let beat = self.beat();
+        let spurts = self.effect.flow.pulses && beat > SPURTS;
+        let parcel_m3 = match spurts {
+            true => SPURT_M3.max(fluids.parcel_m3(mean_m3_s)),
+            false => fluids.parcel_m3(mean_m3_s),
+        };
+        while self.due_m3 >= parcel_m3 && parcel_m3 > 0.0 {
+            self.due_m3 -= parcel_m3;
+            *thrown = thrown.wrapping_add(1);
+            let along = self.effect.along.normalize_or(Vec3::Y) + chance(*thrown) * 0.12;
+            let speed = SPURT_M_S * beat.sqrt() * self.effect.strength.clamp(0.0, 1.0).sqrt();
+            fluids.pour(
+                &Gush {
+                    kind: self.effect.kind,
+                    at_m: self.effect.at_m,
+                    mouth: self.mouth,
+                    volume_m3: parcel_m3,
+                    spurts: (along * speed, if spurts { SPURTING } else { 0.0 }),
+                    is_leak: self.effect.is_leak(),
+                },
+                skin,
+            );
+        }
+    }
+
+    fn particle(&self, count: u32) -> Particle {
         let any = chance(count);
         let own = chance(count.wrapping_add(7919)).x * 0.5 + 0.5;
         let along = self.effect.along.normalize_or(Vec3::Y);
@@ -101,13 +145,7 @@ impl Source {
             Kind::Smoke => (0.07, 0.5, 0.0026, 3.2 + 1.6 * own),
             Kind::Steam => (0.10, 0.6, 0.0018, 0.5 + 0.5 * own),
             Kind::Sparks => (0.5 + 0.6 * own, 1.2, 0.000_12, 0.06 + 0.14 * own),
-            Kind::Blood => (
-                SPURT_M_S * pressure.sqrt(),
-                0.16,
-                0.000_5 + 0.000_6 * own,
-                1.5,
-            ),
-            Kind::Bile | Kind::Char => (0.03, 0.4, 0.000_9, 1.5),
+            Kind::Blood | Kind::Bile | Kind::Char => (0.03, 0.4, 0.000_9, 1.5),
         };
         Particle {
             kind: self.effect.kind,
@@ -117,36 +155,6 @@ impl Source {
             lasts_s,
             size_m,
             own,
-        }
-    }
-
-    /// Grows the pool at the source, and marks the skin down which the liquid runs. Both are slower
-    /// at a low pressure.
-    fn wet(
-        &mut self,
-        step_s: f32,
-        pressure: f32,
-        skin: &Skin<'_>,
-        up: Vec3,
-        stains: &mut Vec<Stain>,
-    ) {
-        let kind = self.effect.kind;
-        if let Some(mouth) = self.mouth {
-            stain::pool(stains, skin, mouth, kind, 0.0025 * pressure * step_s, 0.006);
-        }
-        self.run_s += step_s * pressure.max(0.1);
-        if self.run_s < RUN_S {
-            return;
-        }
-        self.run_s = 0.0;
-        let Some(front) = self.front else { return };
-        match skin.downhill(front, up) {
-            Some(next) => {
-                stain::run(stains, skin, next, kind);
-                self.front = Some(next);
-            }
-            // The liquid gathers at the lowest place.
-            None => stain::pool(stains, skin, front, kind, 0.0006 * pressure, 0.009),
         }
     }
 }

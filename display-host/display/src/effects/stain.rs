@@ -1,5 +1,5 @@
-//! Stains on the skin: blood, bile, char. They are stored by position on the tissue at rest, so
-//! that they move with the tissue.
+//! Stains on the skin: char. They are stored by position on the tissue at rest, so that they move
+//! with the tissue.
 
 use glam::Vec3;
 use shared_mem::message::SphereState;
@@ -60,7 +60,36 @@ impl<'a> Skin<'a> {
         }
     }
 
-    fn at_rest(&self, vertex: usize) -> Vec3 {
+    pub(super) fn triangles(&self) -> &'a [[u32; 3]] {
+        &self.mesh.triangles
+    }
+
+    pub(super) fn vertex_count(&self) -> usize {
+        self.mesh.vertices.len()
+    }
+
+    /// Present position of a vertex, m.
+    pub(super) fn place(&self, vertex: usize) -> Vec3 {
+        self.mesh.place(vertex, self.motions)
+    }
+
+    /// A triangle at a vertex, and the weights of its corners there.
+    pub(super) fn place_at(&self, vertex: usize) -> Option<(u32, [f32; 3])> {
+        let ring = self.mesh.ring_first.get(vertex..vertex + 2)?;
+        let around = self.mesh.ring.get(ring[0] as usize..ring[1] as usize)?;
+        let whole = around.iter().find(|t| {
+            let corners = self.mesh.triangles[**t as usize];
+            corners[0] != corners[1] && corners[1] != corners[2]
+        })?;
+        let corners = self.mesh.triangles[*whole as usize];
+        Some((
+            *whole,
+            corners.map(|v| f32::from(u8::from(v as usize == vertex))),
+        ))
+    }
+
+    /// Position of a vertex in the tissue at rest, m.
+    pub(super) fn at_rest(&self, vertex: usize) -> Vec3 {
         self.mesh
             .vertices
             .get(vertex)
@@ -102,21 +131,6 @@ impl<'a> Skin<'a> {
         });
         if hit { self.nearest(at_m) } else { None }
     }
-
-    /// The lowest neighbour of a vertex, if it is lower than the vertex.
-    pub(super) fn downhill(&self, vertex: usize, up: Vec3) -> Option<usize> {
-        let height = |i: usize| self.mesh.place(i, self.motions).dot(up);
-        let ring = self.mesh.ring_first.get(vertex..vertex + 2)?;
-        let triangles = self.mesh.ring.get(ring[0] as usize..ring[1] as usize)?;
-        let corners = triangles
-            .iter()
-            .flat_map(|&t| self.mesh.triangles[t as usize]);
-        let corners = corners
-            .map(|v| v as usize)
-            .filter(|&v| v < self.mesh.skinned);
-        let lowest = corners.min_by(|&a, &b| height(a).total_cmp(&height(b)))?;
-        (height(lowest) < height(vertex) - 1e-5).then_some(lowest)
-    }
 }
 
 /// Adds a stain. If one of its kind is there already, enlarges that one by `grow_m`, up to
@@ -139,43 +153,6 @@ fn add(stains: &mut Vec<Stain>, stain: Stain, grow_m: f32, most_m: f32) {
         stains.remove(smallest.unwrap_or(0));
     }
     stains.push(stain);
-}
-
-/// Adds a pool at a vertex, or enlarges it by `grow_m`, up to `most_m`.
-pub(super) fn pool(
-    stains: &mut Vec<Stain>,
-    skin: &Skin<'_>,
-    vertex: usize,
-    kind: Kind,
-    grow_m: f32,
-    most_m: f32,
-) {
-    let stain = Stain {
-        kind,
-        rest_m: skin.at_rest(vertex),
-        radius_m: 0.0012,
-    };
-    add(stains, stain, grow_m, most_m);
-}
-
-/// Adds a mark where running blood or bile has arrived.
-pub(super) fn run(stains: &mut Vec<Stain>, skin: &Skin<'_>, vertex: usize, kind: Kind) {
-    let stain = Stain {
-        kind,
-        rest_m: skin.at_rest(vertex),
-        radius_m: 0.0022,
-    };
-    add(stains, stain, 0.0002, 0.004);
-}
-
-/// Adds the stain of a fallen drop.
-pub(super) fn splash(stains: &mut Vec<Stain>, skin: &Skin<'_>, vertex: usize, kind: Kind) {
-    let stain = Stain {
-        kind,
-        rest_m: skin.at_rest(vertex),
-        radius_m: 0.0014,
-    };
-    add(stains, stain, 0.0003, 0.005);
 }
 
 /// Adds char. `current_s` is the duration of the current times its strength. The char grows by this

@@ -5,7 +5,8 @@ use glam::Vec3;
 use shared_mem::message::ToolFrame;
 use shared_mem::words::CapsuleRole;
 
-use super::{Effect, Kind, Particle, Source};
+use super::fluid::Fluids;
+use super::{Effect, Kind, Source};
 
 /// Time in which a full current chars a clean electrode completely, s.
 const CHARRED_S: f32 = 5.0;
@@ -64,7 +65,7 @@ impl Wear {
     }
 
     /// Advances by `seconds`. Sources and drops near the jaws wet them.
-    pub(super) fn step(&mut self, seconds: f32, sources: &[Source], particles: &[Particle]) {
+    pub(super) fn step(&mut self, seconds: f32, sources: &[Source], fluids: &Fluids) {
         if self.jaws[0].is_none() {
             return;
         }
@@ -72,7 +73,7 @@ impl Wear {
             let flows = sources.iter().filter(|it| it.effect.kind == kind);
             let near = flows.filter(|it| self.off(it.effect.at_m) < MOUTH_M);
             let much: f32 = near.map(|it| it.effect.strength).sum();
-            let drops = particles.iter().filter(|it| it.kind == kind);
+            let drops = fluids.drops().filter(|it| it.kind == kind);
             let met = drops.filter(|it| self.off(it.at_m) < DROP_M + it.radius_m());
             let more = (much + met.count() as f32 * DROP) * seconds / WETTED_S;
             let film = match kind {

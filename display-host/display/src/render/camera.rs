@@ -80,6 +80,15 @@ impl Scope {
         angle / self.half_angle * self.circle
     }
 
+    /// Direction, in the frame of the view, of a place in the picture, relative to its middle, in
+    /// half heights, y up. `None`: outside the circle.
+    #[must_use]
+    pub fn direction(&self, at: Vec2) -> Option<Vec3> {
+        let angle = at.length() / self.circle * self.half_angle;
+        let off = at.normalize_or_zero() * angle.sin();
+        (angle < self.half_angle).then(|| off.extend(-angle.cos()))
+    }
+
     /// Position in the picture, relative to its middle, in half heights, y up, of a point in the
     /// frame of the view (m). `None`: outside the circle.
     #[must_use]
@@ -129,11 +138,17 @@ pub fn matrix(pose: &PoseMsg) -> Mat4 {
 /// Pose of a camera at `eye` that looks at `at`, as upright as possible.
 #[must_use]
 pub fn looking(eye: Vec3, at: Vec3) -> PoseMsg {
+    upright(eye, at, Vec3::Y)
+}
+
+/// Pose of a camera at `eye` that looks at `at`, with `up` towards the picture's top.
+#[must_use]
+pub fn upright(eye: Vec3, at: Vec3, up: Vec3) -> PoseMsg {
     let back = (eye - at).normalize_or(Vec3::Z);
-    let up = if back.y.abs() > 0.999 {
-        Vec3::Z
+    let up = if back.dot(up).abs() > 0.999 {
+        up.any_orthonormal_vector()
     } else {
-        Vec3::Y
+        up
     };
     let right = up.cross(back).normalize();
     let turn = Quat::from_mat3(&glam::Mat3::from_cols(right, back.cross(right), back));
@@ -206,5 +221,21 @@ pub fn frame(
         ],
         counts: [used.len().min(SHADING_CAPSULES) as u32, number, 1, 0],
         capsules,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_in_the_picture_comes_back_from_its_direction() {
+        let scope = Scope::default();
+        for at in [Vec2::ZERO, Vec2::new(0.3, -0.7), Vec2::new(-1.0, 0.2)] {
+            let direction = scope.direction(at).expect("inside the circle");
+            let back = scope.project(direction * 0.08).expect("in view");
+            assert!(back.distance(at) < 1e-4, "{at} {back}");
+        }
+        assert_eq!(scope.direction(Vec2::new(1.2, 0.0)), None);
     }
 }

@@ -52,7 +52,8 @@ impl Renderer {
             (self.visible).choose(gpu, &view, &self.skinned, triangles, is_hidden);
         }
         self.eye = Vec3::from_slice(&frame.camera);
-        self.discs.upload(gpu, self.effects.particles(), self.eye);
+        self.discs.upload(gpu, &self.effects, self.eye);
+        self.films.upload(gpu, self.effects.fluids());
         gpu.queue
             .write_buffer(&self.stains, 0, bytes_of(&particles::stains(&self.effects)));
         let parts = instrument::parts(tools, self.port);

@@ -58,8 +58,10 @@ pub struct Disc {
 #[allow(missing_docs)] // explained in light.wgsl
 pub struct Stains {
     pub places: [[f32; 4]; STAINS],
-    pub kinds: [[f32; 4]; STAINS],
     pub count: [u32; 4],
+    pub window: [f32; 4],
+    pub scale: [f32; 4],
+    pub up: [f32; 4],
 }
 
 /// Largest number of capsules that shade the tissue around them.

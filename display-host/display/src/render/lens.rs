@@ -13,6 +13,8 @@ const DEW_C: f32 = 34.5;
 const WARM_UP_S: f32 = 60.0;
 /// Growth of `fog` per second on a lens 10 °C below the dew point.
 const FOG_PER_S: f32 = 0.12;
+/// `fog` of a lens that an instructor fogs.
+const FOGGED: f32 = 0.6;
 /// Distance from a puff's surface within which its smoke settles on the lens, m.
 const SETTLES_M: f32 = 0.03;
 /// Growth of `soot` per second from one puff near the lens.
@@ -53,6 +55,16 @@ impl Lens {
             warmth_c: 21.0,
             ..Self::warm()
         }
+    }
+
+    /// Cools the lens, and fogs it at once.
+    pub fn fog_up(&mut self) {
+        let fog = self.fog.max(FOGGED);
+        *self = Self {
+            fog,
+            soot: self.soot,
+            ..Self::cold()
+        };
     }
 
     /// Wipes the lens, which becomes clean but no warmer.

@@ -16,11 +16,16 @@ override PLAIN: bool = false;
 
 @group(0) @binding(9) var<uniform> stains: Stains;
 
-// Stains on the skin (see effects/stain.rs).
+// Films of blood and bile on the tissue at rest (see film.rs).
+@group(0) @binding(10) var film_texture: texture_3d<f32>;
+
+// Char on the skin (see effects/stain.rs), and the window of the film texture.
 struct Stains {
   places: array<vec4f, 64>, // middle on the tissue at rest, cm; w: radius, cm
-  kinds: array<vec4f, 64>,  // 0 blood, 1 bile, 2 char
-  count: vec4u,
+  count: vec4u,             // number of places; 1 if any tissue is wet
+  window: vec4f,            // corner of the film texture in the tissue at rest, cm
+  scale: vec4f,             // cm to the texture; w: thickness of a texel of 1, mm
+  up: vec4f,                // unit vector against gravity
 }
 
 // Grid of an organ's vessels (see trees.rs).

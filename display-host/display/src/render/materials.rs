@@ -13,6 +13,7 @@ pub(super) struct Materials {
     pub(super) vessels: wgpu::TextureView,
     pub(super) tree_slots: wgpu::Buffer,
     pub(super) stains: wgpu::Buffer,
+    pub(super) films: wgpu::TextureView,
 }
 
 impl Materials {
@@ -38,6 +39,7 @@ impl Materials {
                 wgpu::BindingResource::TextureView(&self.vessels),
                 self.tree_slots.as_entire_binding(),
                 self.stains.as_entire_binding(),
+                wgpu::BindingResource::TextureView(&self.films),
             ],
         )
     }

@@ -24,7 +24,8 @@
 //! (`cells`).
 //!
 //! Effects begin with a plain list of `Effect`s. Smoke, steam, sparks and drops are particles.
-//! Stains lie on the skin and are stored by their place on the tissue at rest. Smoke that has
+//! Blood and bile flow over the skin (`effects::fluid`); the shader reads the thickness of their
+//! films from a grid in the tissue at rest (`film`). Char lies there too. Smoke that has
 //! spread is one number, a haze over the whole cavity. It settles slowly, or is evacuated. Char,
 //! blood and bile stay on the instrument (`wear`) until it is exchanged. The controller reports
 //! leaks. Torn or cut tissue, except fat and connective tissue, also bleeds or leaks bile for some
@@ -50,6 +51,7 @@ mod cells;
 mod clips;
 pub mod cost;
 mod fibre;
+mod film;
 mod frame;
 pub mod governor;
 pub mod gpu;
@@ -124,6 +126,7 @@ pub struct Renderer {
     pieces: Pieces,
     effects: Effects,
     discs: particles::Discs,
+    films: film::Films,
     stains: wgpu::Buffer,
     lens: Lens,
     eye: Vec3,

@@ -4,11 +4,16 @@ use bytemuck::{Zeroable, cast_slice};
 use glam::Vec3;
 use wgpu::util::DeviceExt;
 
+use super::film;
 use super::gpu::Gpu;
 use super::layout::{Disc, Stains};
 use super::pipeline::Layouts;
 use super::resource::bind;
+use crate::effects::fluid::FALLING;
 use crate::effects::{Effects, Kind, PARTICLES, Particle, STAINS};
+
+/// Largest number of discs.
+const DISCS: usize = PARTICLES + FALLING;
 
 /// Buffer of the discs, and the number of discs that are drawn.
 pub(super) struct Discs {
@@ -19,7 +24,7 @@ pub(super) struct Discs {
 
 impl Discs {
     pub(super) fn new(gpu: &Gpu, layouts: &Layouts) -> Self {
-        let none = vec![Disc::default(); PARTICLES];
+        let none = vec![Disc::default(); DISCS];
         let buffer = gpu
             .device
             .create_buffer_init(&wgpu::util::BufferInitDescriptor {
@@ -35,12 +40,14 @@ impl Discs {
         }
     }
 
-    /// Uploads the particles, the farthest from `eye` first.
-    pub(super) fn upload(&mut self, gpu: &Gpu, particles: &[Particle], eye: Vec3) {
-        let mut far: Vec<&Particle> = particles.iter().take(PARTICLES).collect();
+    /// Uploads the particles and the drops, the farthest from `eye` first.
+    pub(super) fn upload(&mut self, gpu: &Gpu, effects: &Effects, eye: Vec3) {
+        let drops = effects.fluids().drops();
+        let all = effects.particles().iter().copied().chain(drops);
+        let mut far: Vec<Particle> = all.take(DISCS).collect();
         let distance = |p: &Particle| p.at_m.distance_squared(eye);
         far.sort_by(|a, b| distance(b).total_cmp(&distance(a)));
-        let discs: Vec<Disc> = far.into_iter().map(disc).collect();
+        let discs: Vec<Disc> = far.iter().map(disc).collect();
         self.count = discs.len() as u32;
         if !discs.is_empty() {
             gpu.queue.write_buffer(&self.buffer, 0, cast_slice(&discs));
@@ -64,15 +71,16 @@ fn disc(p: &Particle) -> Disc {
         Kind::Smoke => ([0.40, 0.395, 0.38], 0.13 * fade, 0.0),
         Kind::Steam => ([0.75, 0.76, 0.78], 0.12 * fade, 0.0),
         Kind::Sparks => ([9.0, 5.2, 1.8], 1.0, 2.0),
-        Kind::Blood => ([0.160, 0.0065, 0.006], 0.97, 1.0),
-        Kind::Bile => ([0.105, 0.098, 0.010], 0.9, 1.0),
+        Kind::Blood => ([0.085, 0.003, 0.0035], 0.97, 1.0),
+        Kind::Bile => ([0.100, 0.066, 0.006], 0.85, 1.0),
         Kind::Char => ([0.01, 0.01, 0.01], 1.0, 1.0),
     };
     let [r, g, b] = colour;
     let speed = p.velocity_m_s.length();
-    // A fast drop or spark is a streak, as long as its path in 6 ms.
+    // A fast drop or spark is a streak, as long as its path in 8 or 6 ms.
+    let half_s = if look > 1.5 { 0.003 } else { 0.004 };
     let streak = if look > 0.5 {
-        (speed * 0.003 / p.radius_m()).clamp(0.0, 14.0)
+        (speed * half_s / p.radius_m()).clamp(0.0, 14.0)
     } else {
         0.0
     };
@@ -84,7 +92,7 @@ fn disc(p: &Particle) -> Disc {
     }
 }
 
-/// Stains in the layout of the tissue's shader, lengths in cm.
+/// Char in the layout of the tissue's shader, lengths in cm, with the window of the films.
 pub(super) fn stains(effects: &Effects) -> Stains {
     let mut table = Stains::zeroed();
     for (slot, stain) in table
@@ -96,13 +104,7 @@ pub(super) fn stains(effects: &Effects) -> Stains {
             .extend(stain.radius_m * 100.0)
             .to_array();
     }
-    for (slot, stain) in table.kinds.iter_mut().zip(effects.stains()) {
-        slot[0] = match stain.kind {
-            Kind::Bile => 1.0,
-            Kind::Char => 2.0,
-            _ => 0.0,
-        };
-    }
     table.count[0] = effects.stains().len().min(STAINS) as u32;
+    film::window(effects.fluids(), &mut table);
     table
 }

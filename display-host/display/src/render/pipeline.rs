@@ -97,6 +97,7 @@ impl Layouts {
                     (texture(TextureViewDimension::D3, COLOUR), fragment),
                     (UNIFORM, fragment),
                     (UNIFORM, fragment),
+                    (texture(TextureViewDimension::D3, COLOUR), fragment),
                 ],
             ),
             effects: layout("effects", &[(READ, both)]),

@@ -18,7 +18,8 @@ use super::targets::Targets;
 use super::timing::Timing;
 use super::visible::Visible;
 use super::{
-    Renderer, Shown, ambient, cavity, cells, instrument, layout, look, organs, particles, trees,
+    Renderer, Shown, ambient, cavity, cells, film, instrument, layout, look, organs, particles,
+    trees,
 };
 use crate::DisplayError;
 use crate::effects::Effects;
@@ -89,6 +90,7 @@ impl Renderer {
         });
 
         let stains = buffer("stains", bytes_of(&layout::Stains::zeroed()), changing);
+        let films = film::Films::new(gpu);
         let layouts = Layouts::new(device);
         let pipelines = Pipelines::new(device, &layouts, &quality);
         let filter = sampler(device, wgpu::AddressMode::ClampToEdge, None);
@@ -101,6 +103,7 @@ impl Renderer {
             vessels,
             tree_slots,
             stains: stains.clone(),
+            films: films.view(),
         };
         let scene_group = materials.group(device, &layouts, &shadow);
         let targets = Targets::new(gpu, &layouts, &frame, &exposure_value, &filter, &quality);
@@ -132,6 +135,7 @@ impl Renderer {
             motions: Motions::new(scene, Follow::Deform),
             effects: Effects::new(-Vec3::from(scene.room().gravity_m_s2)),
             discs: particles::Discs::new(gpu, &layouts),
+            films,
             stains,
             lens: Lens::default(),
             eye: Vec3::INFINITY,

@@ -44,6 +44,7 @@ impl Renderer {
             let severed: Vec<[u32; 2]> = self.pieces.severed().collect();
             self.motions.sever(&severed);
             self.skinning.replace(gpu, &self.mesh, &self.pieces);
+            self.effects.skin_changed();
         }
     }
 

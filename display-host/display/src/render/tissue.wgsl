@@ -105,25 +105,36 @@ fn between(a: Body, b: Body, t: f32) -> Body {
     mix(a.sheen, b.sheen, t), mix(a.scatter, b.scatter, t), mix(a.veil, b.veil, t));
 }
 
-// Optical depths of the thickest film of bile and of blood: red, green, blue.
-const BILE_DEPTHS = vec3f(0.7, 0.6, 3.0);
-const BLOOD_DEPTHS = vec3f(2.0, 7.0, 7.0);
+// Reflectance of deep fluid, and what a film takes from the light that the tissue sends back, 1/mm,
+// by Kubelka and Munk: red, green, blue at 630, 540 and 460 nm. Blood: absorption of 150 g/l of
+// haemoglobin with and without oxygen (S. Prahl's table), reduced scattering 1.5/mm; fresh blood has
+// oxygen, clotted blood has none. The mirror at its surface halves the reflectance. Bile: assumed.
+const FRESH = vec3f(0.060, 0.0021, 0.0028);
+const FRESH_TAKES = vec3f(4.4, 114.0, 91.0);
+const CLOT = vec3f(0.020, 0.0016, 0.0022);
+const CLOT_TAKES = vec3f(13.0, 102.0, 52.0);
+const BILE = vec3f(0.034, 0.0185, 0.0016);
+const BILE_TAKES = vec3f(0.9, 2.3, 12.0);
+// Thinnest visible film, and thickness at which it covers all of the tissue's relief, mm.
+const RIM_MM = vec2f(0.012, 0.100);
 
-// Thickness of blood, bile and char here: 0 to 1.
-fn stained(p: vec3f) -> vec3f {
-  var most = vec3f(0.0);
-  if (stains.count.x == 0u) { return most; }
-  // An edge finer than any mesh: it follows the tissue and thins out.
-  var rough = 0.34 * noise(p * 5.0).w;
-  if (!PLAIN) { rough += 0.13 * noise(p * 13.0).w; }
+// Char here: 0 to 1.
+fn charred(p: vec3f, rough: f32) -> f32 {
+  var most = 0.0;
   for (var i = 0u; i < min(stains.count.x, 64u); i++) {
     let to = p - stains.places[i].xyz;
-    let r = length(to) / stains.places[i].w;
-    let there = 1.0 - smoothstep(0.55, 1.0, r + rough);
-    let kind = u32(stains.kinds[i].x);
-    most = max(most, there * vec3f(vec3u(kind) == vec3u(0u, 1u, 2u)));
+    most = max(most, 1.0 - smoothstep(0.55, 1.0, length(to) / stains.places[i].w + rough));
   }
   return most;
+}
+
+// Film here: blood, bile and clotted blood, mm.
+fn film_at(p: vec3f) -> vec3f {
+  if (stains.count.y == 0u) { return vec3f(0.0); }
+  let at = (p - stains.window.xyz) * stains.scale.xyz;
+  if (any(at <= vec3f(0.0)) || any(at >= vec3f(1.0))) { return vec3f(0.0); }
+  let root = textureSampleLevel(film_texture, noise_sampler, at, 0.0).rgb;
+  return root * root * stains.scale.w;
 }
 
 @fragment fn fragment(in: VertexOut) -> @location(0) vec4f {
@@ -147,6 +158,10 @@ fn stained(p: vec3f) -> vec3f {
   let edge = min(edges.x, edges.y);
   let edge_x = dpdx(edge);
   let edge_y = dpdy(edge);
+  let film = film_at(p);
+  // Height of the film above the tissue, cm.
+  let film_x = dpdx(0.1 * (film.x + film.y));
+  let film_y = dpdy(0.1 * (film.x + film.y));
 
   var b = body(looks[in.look & 15u], p, footprint, slot != 0u);
   if (in.state.w > 0.0) {
@@ -187,21 +202,46 @@ fn stained(p: vec3f) -> vec3f {
   s.reflectance = b.sheen.w;
   s.scatter = b.scatter;
   s.metal = 0.0;
-  let wet = stained(p);
-  if (wet.x + wet.y + wet.z > 0.0) {
-    // A film fills the tissue's bumps and shines; char is dull and cracked.
-    let film = smoothstep(0.0, 0.35, max(wet.x, wet.y));
-    s.albedo = mix(s.albedo, vec3f(0.012, 0.0095, 0.008), 0.95 * wet.z);
-    // A thicker film absorbs more of the tissue's light, by colour (Beer's law), and shows more of
-    // its own.
-    s.albedo = s.albedo * exp(-wet.y * BILE_DEPTHS) + vec3f(0.036, 0.031, 0.003) * wet.y;
-    s.albedo = s.albedo * exp(-wet.x * BLOOD_DEPTHS) + vec3f(0.042, 0.0014, 0.0016) * wet.x;
-    s.normal = normalize(mix(s.normal, s.smooth_normal, 0.6 * film));
-    s.film_normal = normalize(mix(s.film_normal, s.smooth_normal, 0.7 * film));
-    s.film_roughness = mix(s.film_roughness, 0.055, film);
-    s.film = mix(mix(s.film, 0.15, wet.z), 1.0, film);
-    s.roughness = mix(s.roughness, 0.75, wet.z);
-    s.scatter = mix(s.scatter, vec3f(0.05), max(wet.z, 0.7 * film));
+  // An edge finer than any mesh or grid: it follows the tissue.
+  var rough = 0.0;
+  if (stains.count.x + stains.count.y > 0u) {
+    rough = 0.34 * noise(p * 5.0).w;
+    if (!PLAIN) { rough += 0.13 * noise(p * 13.0).w; }
+  }
+  let char = charred(p, rough);
+  if (char > 0.0) {
+    // Char is dull and cracked.
+    s.albedo = mix(s.albedo, vec3f(0.012, 0.0095, 0.008), 0.95 * char);
+    s.film = mix(s.film, 0.15, char);
+    s.roughness = mix(s.roughness, 0.75, char);
+    s.scatter = mix(s.scatter, vec3f(0.05), char);
+  }
+  let total = film.x + film.y;
+  let rim = smoothstep(RIM_MM.x, RIM_MM.y, total * (1.0 + 1.6 * rough));
+  if (rim > 0.0) {
+    let blood = film.x * rim;
+    let bile = film.y * rim;
+    let old = clamp(film.z / max(film.x, 1e-4), 0.0, 1.0);
+    // A thicker film takes more of the tissue's light, by colour, and shows more of its own.
+    s.albedo = BILE + (s.albedo - BILE) * exp(-bile * BILE_TAKES);
+    let own = mix(FRESH, CLOT, old);
+    s.albedo = own + (s.albedo - own) * exp(-blood * mix(FRESH_TAKES, CLOT_TAKES, old));
+    // It fills the tissue's bumps, bulges at its rim, and lies level where it is deep.
+    let deep = smoothstep(0.3, 1.5, total);
+    let bulge = lean_screen(skin, film_x, film_y);
+    let steep = 0.9 * bulge * (1.0 / max(1.0, length(bulge)));
+    let level = max(dot(s.smooth_normal, stains.up.xyz), 0.0);
+    let flat_normal = normalize(mix(s.smooth_normal, stains.up.xyz, 0.8 * deep * level));
+    let fills = rim * mix(0.55, 1.0, smoothstep(0.05, 0.4, total));
+    s.normal = normalize(mix(s.normal, flat_normal - 0.5 * steep, fills));
+    s.film_normal = normalize(mix(s.film_normal, flat_normal - steep, fills));
+    // Clotted blood is a jelly with a skin of its own.
+    let ripples = mix(0.45, 0.9, old) * b.wet;
+    s.film_normal = normalize(s.film_normal - lean(skin, ripples));
+    s.film_roughness = mix(s.film_roughness, mix(0.075, 0.12, old), rim);
+    s.film = mix(s.film, 1.0, rim);
+    s.roughness = mix(s.roughness, 0.5, rim);
+    s.scatter = mix(s.scatter, vec3f(0.16, 0.05, 0.05), fills);
   }
   s.ambient = in.state.x * hidden_by_tools(in.world, s.smooth_normal) * (1.0 - 0.7 * pit);
   return vec4f(through_haze(shade(s, in.world), in.world), depth_of(in.world));

@@ -14,7 +14,7 @@ pub use unrest::UnrestFinding;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use figures::{Machine, Quantiles};
+use figures::{Machine, PresentationSummary, Quantiles};
 
 use crate::DisplayError;
 use crate::headless::{Ended, RunOutcome};
@@ -52,6 +52,10 @@ pub struct Summary {
     /// the newest state. The key keeps its first name; it does not reach the light.
     #[serde(rename = "motion_to_photon_ns")]
     pub motion_to_picture_ns: Quantiles,
+    /// Time from device sample to the picture's presentation by the window system.
+    pub motion_to_presentation_ns: Quantiles,
+    /// Way of the window's pictures to the screen.
+    pub presentation: PresentationSummary,
     /// Force on the hand in the published tool states (every fourth tick).
     pub force_n: Range,
     /// Number of drawn pictures.
@@ -170,6 +174,8 @@ pub struct TaskSummary {
     pub alarms: Vec<TaskAlarm>,
     /// Lost points, by metric.
     pub lost: Vec<TaskLost>,
+    /// Acts of an instructor: pointing, pauses, remarks, complications.
+    pub acts: Vec<assess::Act>,
     /// All injuries: structure, kind, cause, severity, time.
     pub injuries: Vec<assess::Injury>,
     /// The critical view of safety, with the visible share of each criterion.

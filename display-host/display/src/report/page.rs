@@ -117,9 +117,15 @@ fn times(page: &mut Page, s: &Summary) {
         "motion to picture (sample arrived → picture handed over)",
         &s.motion_to_picture_ns,
     );
+    row(
+        "motion to presentation (sample arrived → picture presented)",
+        &s.motion_to_presentation_ns,
+    );
     page.add(format_args!(
-        "</table><p class=\"lead\">Motion to picture ends when the picture is handed to the screen. \
-         The time until the screen lights up is not in it: nothing here can see that.</p>"
+        "</table><p class=\"lead\">Motion to picture ends when the picture is handed to the screen, motion \
+         to presentation when the window system presents it ({}). The time until the screen lights up is in \
+         neither: <code>calot photon</code> measures it.</p>",
+        escape(&s.presentation.said())
     ));
 }
 

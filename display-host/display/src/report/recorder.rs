@@ -244,6 +244,8 @@ impl Recorder {
             stage_ns: stages.map(|(name, d)| (*name, d.quantiles())).collect(),
             publish_to_frame_ns: publish_to_frame.quantiles(),
             motion_to_picture_ns: motion_to_picture.quantiles(),
+            motion_to_presentation_ns: outcome.presentation.motion.quantiles(),
+            presentation: outcome.presentation.summary(),
             force_n: Range { min, max },
             frames: outcome.frames.len(),
             pictures_per_second: outcome.pictures_per_second,

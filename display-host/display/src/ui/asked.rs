@@ -1,12 +1,13 @@
 //! Requests of the user, and their keys.
 
 use egui::{Key, Ui};
+use shared_mem::message::ActMsg;
 
 use super::UiState;
 use super::screens::Settings;
 
 /// A request of the user.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Asked {
     /// Pause, or resume.
     Pause(bool),
@@ -50,12 +51,18 @@ pub enum Asked {
     ShowSettings(bool),
     /// Apply these settings.
     Set(Settings),
+    /// As an instructor, point at this place of the picture, from its middle, in half heights, y
+    /// up.
+    Point([f32; 2]),
+    /// As an instructor, do this at the station.
+    Act(ActMsg),
     /// Quit.
     Quit,
 }
 
 impl Asked {
-    /// True if the request acts on the station, rather than on the display alone.
+    /// True if the request commands the controller, which an instructor's display may not: the
+    /// station decides on an instructor's acts.
     #[must_use]
     pub const fn reaches_in(self) -> bool {
         match self {
@@ -80,6 +87,8 @@ impl Asked {
             | Self::LookAround(_)
             | Self::ShowSettings(_)
             | Self::Set(_)
+            | Self::Point(_)
+            | Self::Act(_)
             | Self::Quit => false,
         }
     }
@@ -98,6 +107,10 @@ pub struct FreeView {
 
 /// Requests by keys, while no page of settings takes the keys.
 pub(super) fn keys(ui: &Ui, state: &UiState) -> Vec<Asked> {
+    // Letters of a remark are no requests.
+    if ui.ctx().egui_wants_keyboard_input() && state.instructor {
+        return Vec::new();
+    }
     ui.input(|input| {
         let numbers = [Key::Num1, Key::Num2, Key::Num3, Key::Num4];
         let instruments = (0..)

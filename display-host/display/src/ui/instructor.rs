@@ -1,6 +1,8 @@
-//! The instructor's panel: state of the task and the station, without any control over them.
+//! The instructor's panel: state of the task and the station, and what the instructor may do there.
 
-use egui::{RichText, Ui};
+use egui::{Id, Key, RichText, TextEdit, Ui};
+use shared_mem::message::{ActMsg, REMARK_BYTES};
+use shared_mem::words::ActKind;
 
 use super::station::{controller, devices, passes, ticks};
 use super::task::{self, alarm};
@@ -48,6 +50,8 @@ pub(super) fn show(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
         None => line(ui, Mark::Off, &words.say("observe-no-task")),
     }
     ui.separator();
+    acts(ui, state, asked);
+    ui.separator();
     controller(ui, state);
     devices(ui, state, true);
     ui.separator();
@@ -94,6 +98,43 @@ fn assessment(ui: &mut Ui, state: &UiState, bulletin: &Bulletin) {
                 ui.end_row();
             }
         });
+}
+
+/// Shows what the instructor may do at the station, and the station's answer.
+fn acts(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
+    let words = &state.words;
+    ui.label(RichText::new(words.say("observe-acts")).strong());
+    ui.label(words.say("observe-point"));
+    let pause = match state.is_paused() {
+        true => ActKind::Resume,
+        false => ActKind::Pause,
+    };
+    ui.horizontal_wrapped(|ui| {
+        for kind in [pause, ActKind::Fog, ActKind::Bleeding, ActKind::SlippedClip] {
+            let text = words.say(&format!("observe-{}", kind.name().replace('_', "-")));
+            if ui.button(text).clicked() {
+                asked.push(Asked::Act(ActMsg::of(kind)));
+            }
+        }
+    });
+    let id = Id::unique("remark");
+    let mut text: String = ui.data(|it| it.get_temp(id)).unwrap_or_default();
+    let name = ui.label(words.say("observe-remark"));
+    let field = TextEdit::singleline(&mut text)
+        .char_limit(REMARK_BYTES)
+        .desired_width(f32::INFINITY);
+    let field = ui.add(field).labelled_by(name.id);
+    let is_entered = field.lost_focus() && ui.input(|it| it.key_pressed(Key::Enter));
+    let is_sent = ui.button(words.say("observe-send")).clicked() || is_entered;
+    if let Some(act) = ActMsg::remark(&text).filter(|_| is_sent) {
+        asked.push(Asked::Act(act));
+        text.clear();
+    }
+    ui.data_mut(|it| it.insert_temp(id, text));
+    if let Some((answer, is_done)) = &state.act_answer {
+        let mark = if *is_done { Mark::Good } else { Mark::Care };
+        line(ui, mark, answer);
+    }
 }
 
 #[cfg(test)]

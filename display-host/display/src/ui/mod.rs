@@ -1,5 +1,6 @@
 //! The panel: a pure function from the state to widgets and the user's requests.
 
+mod acts;
 mod alarms;
 mod arrow;
 mod asked;
@@ -19,6 +20,7 @@ mod task;
 mod theme;
 mod widgets;
 
+pub use acts::ActsView;
 pub(crate) use arrow::towards_tip;
 pub use asked::{Asked, FreeView};
 pub use health::TickHealth;
@@ -66,10 +68,16 @@ pub struct UiState {
     pub task: String,
     /// State of the task, if there is one.
     pub task_view: Option<TaskView>,
-    /// True for an instructor's display, which cannot control the station.
+    /// True for an instructor's display, which does not command the controller.
     pub instructor: bool,
     /// State of the task, for an instructor.
     pub bulletin: Option<Bulletin>,
+    /// Acts of instructors.
+    pub acts: ActsView,
+    /// Place of an instructor's mark in the picture, from its middle, in half heights, y up.
+    pub act_mark: Option<glam::Vec2>,
+    /// Answer of the station to this instructor's last act, and true if the act was carried out.
+    pub act_answer: Option<(String, bool)>,
     /// State of the connection to the controller.
     pub link: Link,
     /// The latest tools.

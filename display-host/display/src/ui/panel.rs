@@ -79,10 +79,15 @@ fn picture(
         let image = egui::Image::new((id, size)).alt_text(state.words.say("picture-alt"));
         let picture = ui.add(match state.replay {
             Some(_) => image.sense(Sense::drag()),
+            None if state.instructor => image.sense(Sense::click()),
             None => image,
         });
         asked.extend(replay::look_around(ui, &picture, state));
         let place = egui::Rect::from_center_size(picture.rect.center(), size);
+        if let Some(at) = picture.interact_pointer_pos().filter(|_| picture.clicked()) {
+            let from_middle = (at - place.center()) / (0.5 * place.height());
+            asked.push(Asked::Point([from_middle.x, -from_middle.y]));
+        }
         if let Some(overlay) = &state.overlay {
             overlay.paint(ui.painter(), place, &state.words);
         }

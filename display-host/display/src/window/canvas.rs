@@ -23,6 +23,8 @@ pub(super) struct Canvas {
     input: egui_winit::State,
     /// Time from which egui counts.
     start: Instant,
+    /// True if the driver was told to begin a new swapchain since the last picture.
+    pub(super) is_renewed: bool,
 }
 
 /// A frame of egui, laid out but not painted.
@@ -86,6 +88,7 @@ impl Canvas {
             painter,
             input,
             start: Instant::now(),
+            is_renewed: false,
         })
     }
 
@@ -146,9 +149,15 @@ impl Canvas {
         {
             self.surface_config.width = size.width;
             self.surface_config.height = size.height;
-            self.surface
-                .configure(&self.gpu.device, &self.surface_config);
+            self.renew();
         }
+    }
+
+    /// Lets the driver begin a new swapchain.
+    fn renew(&mut self) {
+        self.is_renewed = true;
+        self.surface
+            .configure(&self.gpu.device, &self.surface_config);
     }
 
     pub(super) fn take_accessibility(&mut self, event: accesskit_winit::Event) {
@@ -174,8 +183,7 @@ impl Canvas {
             Current::Outdated | Current::Lost => {
                 // Keep the size of the last `Resized`: asking a window that is gone for its size
                 // panics.
-                self.surface
-                    .configure(&self.gpu.device, &self.surface_config);
+                self.renew();
                 Ok(None)
             }
             Current::Timeout | Current::Occluded => Ok(None),

@@ -7,6 +7,7 @@ mod free_view;
 mod operate;
 mod page;
 mod pending;
+mod presented;
 mod refusal;
 mod screen;
 mod server;
@@ -35,7 +36,7 @@ use crate::patch::Patch;
 use crate::render::camera::Scope;
 use crate::render::lens::Lens;
 use crate::sound::Sound;
-use crate::ui::{Look, RecordingView, ReplayView, TaskView};
+use crate::ui::{ActsView, Look, RecordingView, ReplayView, TaskView};
 use crate::words::Language;
 
 /// Pause between the frames of an invisible window.
@@ -72,9 +73,11 @@ pub struct WindowConfig {
     pub task: Option<Arc<Mutex<TaskView>>>,
     /// Folder for pictures of the critical view, taken when it was held.
     pub pictures: Option<PathBuf>,
-    /// True for an instructor's window: it shows the assessor's bulletins, and sends no commands to
-    /// the station.
+    /// True for an instructor's window: it shows the assessor's bulletins, sends no commands to the
+    /// controller, and asks the station for the instructor's acts.
     pub instructor: bool,
+    /// Acts of instructors, updated by the station or by a replay's player.
+    pub acts: Option<Arc<Mutex<ActsView>>>,
     /// State of a replay, updated by its player.
     pub replay: Option<Arc<Mutex<ReplayView>>>,
     /// State of the recording, updated by the recorder.
@@ -117,6 +120,7 @@ pub fn run(
         )
         .showing(config.replay.clone(), config.recording.clone())
         .with_patch(config.patch.clone())
+        .with_acts(config.acts.clone())
         .keeping(config.pictures.as_deref())
         .watched_by_instructor(config.instructor.then_some(&config.station))?,
         scene,
@@ -218,7 +222,7 @@ impl App<'_> {
         match screen.show(&self.scene, &mut self.session) {
             Ok(Shown::Frame { asked, quit }) => {
                 (self.observer)(Observed::Scope(screen.scope_rad()));
-                self.session.carry_out(&asked, self.observer);
+                self.session.carry_out(&asked, &self.scene, self.observer);
                 screen.hold_mouse(self.session.operate.is_on());
                 if quit {
                     self.ended = Ended::Stopped;

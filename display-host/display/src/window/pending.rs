@@ -1,4 +1,4 @@
-//! Effects that wait for the next picture. Old and excess effects are dropped.
+//! Effects that wait for the next picture. Old and excess effects are dropped, reports of leaks last.
 
 use std::collections::VecDeque;
 
@@ -18,7 +18,9 @@ pub(super) struct Pending {
 impl Pending {
     pub(super) fn push(&mut self, now_s: f64, effect: Effect) {
         if self.waiting.len() == PENDING_MAX {
-            self.waiting.pop_front();
+            // A leak that nobody hears of would never flow, or never stop.
+            let passing = self.waiting.iter().position(|(_, it)| !it.is_leak());
+            self.waiting.remove(passing.unwrap_or(0));
         }
         self.waiting.push_back((now_s, effect));
     }
@@ -26,7 +28,7 @@ impl Pending {
     /// Takes the effects for the next picture.
     pub(super) fn take(&mut self, now_s: f64) -> Vec<Effect> {
         let waiting = self.waiting.drain(..);
-        let fresh = waiting.filter(|(at_s, _)| now_s - at_s <= STALE_S);
+        let fresh = waiting.filter(|(at_s, it)| it.is_leak() || now_s - at_s <= STALE_S);
         fresh.map(|(_, effect)| effect).collect()
     }
 
@@ -50,6 +52,7 @@ mod tests {
             along: Vec3::ZERO,
             strength: 1.0,
             lasts_s: 1.0,
+            flow: Default::default(),
         };
         let mut pending = Pending::default();
         for _ in 0..1000 {
@@ -63,5 +66,15 @@ mod tests {
         pending.push(12.0, effect);
         pending.clear();
         assert!(pending.take(12.0).is_empty());
+        // A leak waits for a slow picture, and many passing effects do not push it out.
+        let leak = Effect {
+            lasts_s: Effect::LEAK_S,
+            ..effect
+        };
+        pending.push(13.0, leak);
+        for _ in 0..1000 {
+            pending.push(13.0, effect);
+        }
+        assert_eq!(pending.take(20.0), [leak]);
     }
 }

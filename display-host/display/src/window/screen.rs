@@ -8,9 +8,10 @@ use winit::event_loop::{ActiveEventLoop, EventLoopProxy};
 use winit::window::{CursorGrabMode, Fullscreen, WindowId};
 
 use super::canvas::Canvas;
+use super::presented::{Handed, Watch};
 use super::session::Session;
 use crate::DisplayError;
-use crate::effects::Effects;
+use crate::effects::{Effects, TICK_S};
 use crate::latency::{FrameRecord, now_ns};
 use crate::render::camera::Scope;
 use crate::render::governor::Governor;
@@ -52,6 +53,7 @@ pub(super) struct Kept {
 
 pub(super) struct Screen {
     canvas: Canvas,
+    presented: Watch<Handed>,
     renderer: Renderer,
     picture: egui::TextureId,
     last_frame: Option<Instant>,
@@ -75,6 +77,7 @@ impl Screen {
         scene: &SceneFile,
     ) -> Result<Self, DisplayError> {
         let mut canvas = Canvas::open(events, proxy, title, size)?;
+        let presented = Watch::of(&canvas.window);
         let gpu = &canvas.gpu;
         let governor = governor(&canvas);
         let mut renderer = Renderer::new(gpu, scene, Quality::live(gpu))?;
@@ -89,6 +92,7 @@ impl Screen {
         canvas.show();
         Ok(Self {
             canvas,
+            presented,
             renderer,
             picture,
             last_frame: None,
@@ -194,16 +198,27 @@ impl Screen {
         });
         let submitted_ns = now_ns();
         self.canvas.present(surface, laid)?;
-        if let Some((patch, lit)) = patch {
-            patch.handed(lit, || self.canvas.surface());
+        let handed_ns = now_ns();
+        let lit = patch.map(|(patch, lit)| {
+            patch.handed(lit, handed_ns, || self.canvas.surface());
+            lit
+        });
+        let frame = drawn.map(|frame| FrameRecord {
+            submitted_ns,
+            shown_ns: handed_ns,
+            ..frame
+        });
+        if let Some(frame) = &frame {
+            session.note_frame(frame.clone());
         }
-        if let Some(frame) = drawn {
-            session.note_frame(FrameRecord {
-                submitted_ns,
-                shown_ns: now_ns(),
-                ..frame
-            });
-        }
+        self.watch_presentation(
+            Handed {
+                frame,
+                lit,
+                handed_ns,
+            },
+            session,
+        );
         self.fit_picture(covered)?;
         self.watch_cost(session)?;
         self.turn_scope(&asked, session);
@@ -216,6 +231,17 @@ impl Screen {
         Ok(Shown::Frame { asked, quit })
     }
 
+    /// Follows a picture on its way to the screen, and notes those that have come there.
+    fn watch_presentation(&mut self, handed: Handed, session: &mut Session) {
+        if core::mem::take(&mut self.canvas.is_renewed) {
+            self.presented.renew();
+        }
+        self.presented.hand(handed);
+        session.note_handed(self.presented.refused());
+        self.presented
+            .take(|handed, presented| session.note_presented(&handed, presented));
+    }
+
     /// Submits the endoscope's picture of the newest moment. Returns the picture's record, whose
     /// times of submission and display are not known yet.
     fn draw_picture(&mut self, session: &mut Session) -> Option<FrameRecord> {
@@ -225,13 +251,14 @@ impl Screen {
         self.since_last_s = last.map(|last| (now - last).as_secs_f32());
         let step_s = self.since_last_s.unwrap_or(f32::INFINITY);
         self.renderer.exposure_mut().adapt = 1.0 - (-step_s / EXPOSURE_S).exp();
-        let played_s = if step_s.is_finite() && !session.ui.is_paused() {
-            step_s
-        } else {
-            0.0
-        };
+        // Effects follow the record's time, so that a replay of any speed, and every observer,
+        // shows as much blood as the run did.
+        let tick = session.moment().map_or(0, |(state, _)| state.tick);
+        let before = self.drawn_tick.filter(|_| !session.ui.is_paused());
+        let mut played_s = tick.saturating_sub(before.unwrap_or(tick)) as f32 * TICK_S;
         if session.take_reset() {
             self.renderer.effects_mut().clear();
+            played_s = 0.0;
         }
         let effects = session.take_effects(played_s);
         let (state, tools) = session.moment()?;
@@ -308,6 +335,9 @@ impl Screen {
                 }
                 _ => {}
             }
+        }
+        if session.takes_fog() {
+            self.renderer.lens_mut().fog_up();
         }
         let scope = self.renderer.scope();
         session.ui.scope_degrees = [scope.angle, scope.turned].map(|a| a.to_degrees().round());

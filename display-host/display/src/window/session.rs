@@ -1,5 +1,6 @@
 //! State of a window: the feed, the panel's state, and the user's requests.
 
+mod acts;
 mod carry_out;
 mod effects;
 mod receive;
@@ -10,26 +11,29 @@ use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 use assess::report::PICTURES_MIN;
-use shared_mem::message::{StateFrame, ToolFrame};
+use shared_mem::message::{ActMsg, StateFrame, ToolFrame};
 use shared_mem::scene::{SceneFile, str_from_name};
-use shared_mem::service::{Host, ServiceError, Station, TaskReceiver};
+use shared_mem::service::{ActSender, Host, ServiceError, Station, TaskReceiver};
 use shared_mem::task::TaskMsg;
 
 use super::frames::{Frames, rate};
 use super::free_view::FreeCamera;
 use super::operate::{Lead, Operate};
 use super::pending::Pending;
+use super::presented::Handed;
 use crate::effects::Causes;
 use crate::feed::Feed;
 use crate::headless::{Ended, Observed, RunOutcome, zeroed_state};
 use crate::kept::Watch;
 use crate::latency::FrameRecord;
 use crate::patch::{Lit, Patch};
+use crate::presentation::{Missing, Presentation, Presented};
 use crate::render::camera::Scope;
 use crate::sound::Sound;
 use crate::sound::synth::Heard;
 use crate::ui::{
-    Link, Look, Overlay, RecordingView, ReplayView, Settings, TaskView, UiState, towards_tip,
+    ActsView, Link, Look, Overlay, RecordingView, ReplayView, Settings, TaskView, UiState,
+    towards_tip,
 };
 use crate::words::Language;
 
@@ -57,11 +61,20 @@ pub(super) struct Session {
     sound: Option<Sound>,
     heard: Heard,
     task: Option<Arc<Mutex<TaskView>>>,
+    /// Acts of instructors, as the station or a replay tells them.
+    acts: Option<Arc<Mutex<ActsView>>>,
+    /// An instructor's way to the station, and the acts that went it, with their times, s.
+    desk: Option<(ActSender, Vec<(f64, ActMsg)>)>,
+    /// Optics of the last picture.
+    scope: Scope,
+    /// Number of times that an instructor fogged the lens, as far as the picture shows it.
+    fogs: usize,
     /// Bulletins of the assessor, for an instructor.
     bulletins: Option<(TaskReceiver, Box<TaskMsg>)>,
     replay: Option<Arc<Mutex<ReplayView>>>,
     recording: Option<Arc<Mutex<RecordingView>>>,
     patch: Option<Arc<Patch>>,
+    presentation: Presentation,
     /// Pictures of the critical view that are to be kept.
     kept: Option<Watch>,
     /// The free view, if active.
@@ -120,10 +133,15 @@ impl Session {
             limited_ticks: 0,
             sound,
             task,
+            acts: None,
+            desk: None,
+            scope: Scope::default(),
+            fogs: 0,
             bulletins: None,
             replay: None,
             recording: None,
             patch: None,
+            presentation: Presentation::default(),
             kept: None,
             free: None,
             alarmed: None,
@@ -143,6 +161,7 @@ impl Session {
         if let Some(station) = station {
             let receiver = TaskReceiver::open(station)?;
             self.bulletins = Some((receiver, bytemuck::allocation::zeroed_box()));
+            self.desk = Some((ActSender::open(station)?, Vec::new()));
             self.ui.instructor = true;
         }
         Ok(self)
@@ -201,6 +220,8 @@ impl Session {
         let works = self.free.is_none() && self.replay.is_none();
         let tools = self.feed.tools().filter(|_| works);
         self.ui.tip_away = tools.and_then(|tools| towards_tip(tools, scope));
+        self.scope = *scope;
+        self.mark_acts(scope);
         if self.ui.overlay.is_none() {
             return;
         }
@@ -232,6 +253,22 @@ impl Session {
         }
         if let Some(rate) = self.frames.note(frame) {
             self.ui.frames_per_second = rate;
+        }
+    }
+
+    /// Counts a picture that was handed over. `refused`: reason for which nothing is told of it.
+    pub(super) fn note_handed(&mut self, refused: Option<&Missing>) {
+        self.presentation.handed += 1;
+        if self.presentation.refused.as_ref() != refused {
+            self.presentation.refused = refused.cloned();
+        }
+    }
+
+    /// Takes the end of a picture's way to the screen.
+    pub(super) fn note_presented(&mut self, handed: &Handed, presented: Presented) {
+        self.presentation.note(handed.frame.as_ref(), presented);
+        if let Some((patch, lit)) = self.patch.as_ref().zip(handed.lit) {
+            patch.presented(lit, handed.handed_ns, presented);
         }
     }
 
@@ -271,6 +308,7 @@ impl Session {
             software_adapter,
             frames,
             pictures_per_second,
+            presentation: self.presentation,
             counters: self.feed.counters(),
             ended,
             warnings: self.warnings.into_iter().chain(slow).collect(),

@@ -1,6 +1,7 @@
 //! Effects in the picture: blood runs down the skin and stays on it, smoke hides what is behind it.
 
-use display_host::effects::{Effect, Kind};
+use display_host::effects::fluid::VOXEL_M;
+use display_host::effects::{Effect, Flow, Kind};
 use display_host::render::gpu::Gpu;
 use display_host::render::{Quality, Renderer};
 use glam::Vec3;
@@ -49,20 +50,25 @@ fn blood_runs_down_and_sticks_and_smoke_hides() {
         along: Vec3::Z,
         strength: 1.0,
         lasts_s,
+        flow: Flow {
+            ml_min: if kind == Kind::Blood { 20.0 } else { 0.0 },
+            pulses: false,
+        },
     };
     renderer.play(spheres, &[effect(Kind::Blood, 6.0)], 0.0);
     for _ in 0..200 {
         renderer.play(spheres, &[], 0.05);
     }
-    let places = renderer.effects_mut().stains().to_vec();
-    let lowest = places
-        .iter()
-        .map(|s| s.rest_m.y)
-        .fold(f32::INFINITY, f32::min);
+    let fluids = renderer.effects().fluids();
+    let field = fluids.field().expect("blood on the skin");
+    let [_, ys, _] = field.wet().expect("blood on the skin");
+    let lowest = field.low_m().y + ys[0] as f32 * VOXEL_M;
     assert!(
         lowest < support::PRESSED_M.y - 0.005,
         "the blood ran down to {lowest} m"
     );
+    let balance = fluids.balance();
+    assert!(balance.lies_ml[0] > 0.3, "{balance:?}");
     let stained = take(&mut renderer);
     let (before, after) = (bloody(&clean), bloody(&stained));
     assert!(

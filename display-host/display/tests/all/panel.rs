@@ -2,13 +2,15 @@
 
 use assess::{Advice, Hint, Instrument, Step};
 use display_host::ui::{
-    Asked, Bulletin, Link, Look, Overlay, RecordingView, ReplayView, Settings, TaskEnd, TaskNote,
-    TaskView, TickHealth, UiState, ui,
+    ActsView, Asked, Bulletin, Link, Look, Overlay, RecordingView, ReplayView, Settings, TaskEnd,
+    TaskNote, TaskView, TickHealth, UiState, ui,
 };
 use display_host::words::{Language, Words};
+use egui::accesskit::Role;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 use shared_mem::message::{DeviceHealth, TimingBatch, ToolFrame};
+use shared_mem::words::ActKind;
 
 struct Seen {
     state: UiState,
@@ -564,6 +566,96 @@ fn an_old_task_is_not_shown_once_nobody_tells_of_it() {
     panel.run();
     panel.get_by_label("No task: free work without assessment");
     assert!(panel.state().state.task_view.is_none());
+}
+
+/// Acts that were asked for.
+fn acts(asked: &[Asked]) -> Vec<(ActKind, String)> {
+    let acts = asked.iter().filter_map(|asked| match asked {
+        Asked::Act(act) => Some((act.kind().ok()?, act.text()?.to_owned())),
+        _ => None,
+    });
+    acts.collect()
+}
+
+#[test]
+fn an_instructor_acts_by_button_text_and_a_click_on_the_picture() {
+    let mut panel = harness(UiState {
+        instructor: true,
+        picture: Some((egui::TextureId::default(), 4.0 / 3.0)),
+        ..live()
+    });
+    panel.run();
+    for button in [
+        "Pause",
+        "Fog the lens",
+        "Start a bleeding",
+        "Let a clip slip",
+    ] {
+        panel.get_by_label(button).click();
+        panel.run();
+    }
+    let kinds: Vec<_> = acts(&panel.state().asked)
+        .into_iter()
+        .map(|it| it.0)
+        .collect();
+    let all = [
+        ActKind::Pause,
+        ActKind::Fog,
+        ActKind::Bleeding,
+        ActKind::SlippedClip,
+    ];
+    assert_eq!(kinds, all);
+    panel.state_mut().asked.clear();
+    let field = panel.get_by_role_and_label(Role::TextInput, "Remark for the debrief");
+    field.focus();
+    panel.run();
+    let field = panel.get_by_role_and_label(Role::TextInput, "Remark for the debrief");
+    field.type_text("Open the jaws, more");
+    panel.run();
+    // Letters of the remark are no keys of the panel.
+    for key in [egui::Key::E, egui::Key::S] {
+        panel.key_press(key);
+        panel.run();
+    }
+    assert_eq!(panel.state().asked, []);
+    panel.key_press(egui::Key::Enter);
+    panel.run();
+    let remark = (ActKind::Remark, "Open the jaws, more".to_owned());
+    assert_eq!(acts(&panel.state().asked), [remark]);
+    panel.state_mut().asked.clear();
+    panel.get_by_label("Endoscope picture").click();
+    panel.run();
+    let [Asked::Point(at)] = panel.state().asked[..] else {
+        panic!("{:?}", panel.state().asked);
+    };
+    assert!(at.iter().all(|it| it.abs() < 0.02), "{at:?}");
+}
+
+#[test]
+fn an_instructor_reads_why_an_act_was_refused() {
+    let text = Words::default().say("act-refused-exam");
+    let mut panel = harness(UiState {
+        instructor: true,
+        act_answer: Some((text.clone(), false)),
+        ..live()
+    });
+    panel.run();
+    panel.get_by_label(&text);
+}
+
+#[test]
+fn a_trainee_is_told_that_the_instructor_acts() {
+    let mut panel = harness(UiState {
+        picture: Some((egui::TextureId::default(), 4.0 / 3.0)),
+        acts: ActsView {
+            notice: Some((ActKind::Bleeding, None)),
+            ..ActsView::default()
+        },
+        ..live()
+    });
+    panel.run();
+    panel.get_by_label("Instructor");
+    panel.get_by_label("Started a bleeding");
 }
 
 #[test]

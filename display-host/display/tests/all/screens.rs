@@ -4,7 +4,7 @@
 
 use std::path::PathBuf;
 
-use assess::{Advice, Hint, Hold, Instrument, Lack, Metric, Reason, Step};
+use assess::{Act, Advice, Hint, Hold, Instrument, Lack, Metric, Reason, Step};
 use display_host::ui::feel::{View, feel};
 use display_host::ui::launcher::{
     Asking, ClosePicture, Debrief, DeviceLine, DeviceState, Earlier, Failed, Launcher, LessonView,
@@ -21,6 +21,7 @@ use egui::{Color32, ColorImage, TextureHandle, TextureOptions};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use shared_mem::message::{DeviceHealth, ToolFrame};
+use shared_mem::words::ActKind;
 
 use crate::feel::views;
 
@@ -160,6 +161,20 @@ fn debrief() -> Screen {
         outcome: "failed".into(),
         reasons: vec![unclamped()],
         score: 31.0,
+        acts: vec![
+            Act {
+                at_s: 62.0,
+                session_s: 66.5,
+                kind: "slipped_clip".into(),
+                remark: None,
+            },
+            Act {
+                at_s: 80.0,
+                session_s: 84.5,
+                kind: "remark".into(),
+                remark: Some("Look for the artery behind the duct before you clip".into()),
+            },
+        ],
         lessons: [
             ("touched", "duodenum"),
             ("burnt", "liver"),
@@ -367,11 +382,21 @@ fn screens() -> Vec<(&'static str, Shown)> {
                 }
             }),
         ),
+        (
+            "act",
+            with(|state| {
+                let remark = "Go nearer: the artery lies behind the duct".to_owned();
+                state.acts.notice = Some((ActKind::Remark, Some(remark)));
+                state.act_mark = Some(glam::Vec2::new(0.2, 0.1));
+            }),
+        ),
         ("waiting", with(|state| state.link = Link::Waiting)),
         (
             "instructor",
             with(|state| {
                 state.instructor = true;
+                let refused = state.words.say("act-refused-nothing");
+                state.act_answer = Some((refused, false));
                 state.watch(Some(Bulletin {
                     task: task(),
                     difficulty: "exam".into(),

@@ -85,7 +85,12 @@ fn structs_lie_as_in_rust() {
         [low, high, streak, slope, wet, scatter, lobule, cell, veil]
     );
     same_layout!(&tissue, "Tree", Tree, [origin, scale]);
-    same_layout!(&tissue, "Stains", Stains, [places, kinds, count]);
+    same_layout!(
+        &tissue,
+        "Stains",
+        Stains,
+        [places, count, window, scale, up]
+    );
     let effects = parse("effects", shader("effects"));
     same_layout!(&effects, "Disc", Disc, [at, colour, look, along]);
     let skinning = parse("skinning", SKINNING);

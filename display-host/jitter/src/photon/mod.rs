@@ -11,5 +11,5 @@ mod pair;
 mod report;
 
 pub use page::html;
-pub use pair::{Change, Pairs, pair};
+pub use pair::{Arrived, Change, Pairs, pair};
 pub use report::{FILE, Figures, Light, Report, Screen, Spread, text};

@@ -9,11 +9,26 @@ pub struct Change {
     pub bright: bool,
 }
 
+/// A picture that changed the square, once it came to the screen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Arrived {
+    /// Its change, at the time when it came.
+    pub change: Change,
+    /// Time of its handing over, ns.
+    pub handed_ns: u64,
+}
+
 /// Changes that were asked for, with what followed.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Pairs {
     /// Times from a change to the picture's handing over, ns.
     pub to_picture_ns: Vec<u64>,
+    /// Times from a change to the picture's presentation, ns.
+    pub to_presentation_ns: Vec<u64>,
+    /// Times from handing over to presentation, ns.
+    pub picture_to_presentation_ns: Vec<i64>,
+    /// Times from presentation to light, ns; negative if a server stamps the end of a frame.
+    pub presentation_to_light_ns: Vec<i64>,
     /// Times from a change to its light, ns.
     pub to_light_ns: Vec<u64>,
     /// Times of these changes, ns.
@@ -36,12 +51,25 @@ impl Pairs {
     }
 }
 
-/// Pairs changes with what followed within `longest_ns`. All three are in the order of time.
+/// Pairs changes with what followed within `longest_ns`. All are in the order of time.
 /// Changes closer together than that cannot be told apart, so they are left out.
 #[must_use]
-pub fn pair(asked: &[Change], handed: &[Change], light: &[Change], longest_ns: u64) -> Pairs {
-    let plain = pair_by(asked, handed, light, longest_ns, false);
-    let inverted = pair_by(asked, handed, light, longest_ns, true);
+pub fn pair(
+    asked: &[Change],
+    handed: &[Change],
+    arrived: &[Arrived],
+    light: &[Change],
+    longest_ns: u64,
+) -> Pairs {
+    let came: Vec<Change> = arrived.iter().map(|it| it.change).collect();
+    let [mut plain, inverted] =
+        [false, true].map(|it| pair_by(asked, handed, &came, light, longest_ns, it));
+    let since = |it: &Arrived| it.change.at_ns as i64 - it.handed_ns as i64;
+    plain.picture_to_presentation_ns = arrived.iter().map(since).collect();
+    let inverted = Pairs {
+        picture_to_presentation_ns: plain.picture_to_presentation_ns.clone(),
+        ..inverted
+    };
     match inverted.to_light_ns.len() > plain.to_light_ns.len() {
         true => inverted,
         false => plain,
@@ -51,6 +79,7 @@ pub fn pair(asked: &[Change], handed: &[Change], light: &[Change], longest_ns: u
 fn pair_by(
     asked: &[Change],
     handed: &[Change],
+    came: &[Change],
     light: &[Change],
     longest_ns: u64,
     inverted: bool,
@@ -80,14 +109,17 @@ fn pair_by(
         if let Some(at_ns) = picture_ns {
             pairs.to_picture_ns.push(at_ns - change.at_ns);
         }
+        let came_ns = follows(came, change, false);
+        pairs
+            .to_presentation_ns
+            .extend(came_ns.map(|at_ns| at_ns - change.at_ns));
         match follows(light, change, inverted) {
             Some(at_ns) => {
                 pairs.to_light_ns.push(at_ns - change.at_ns);
                 pairs.seen_at_ns.push(change.at_ns);
-                if let Some(picture_ns) = picture_ns {
-                    let since = i128::from(at_ns) - i128::from(picture_ns);
-                    pairs.picture_to_light_ns.push(since as i64);
-                }
+                let since = |before_ns: u64| at_ns as i64 - before_ns as i64;
+                pairs.picture_to_light_ns.extend(picture_ns.map(since));
+                pairs.presentation_to_light_ns.extend(came_ns.map(since));
             }
             None => pairs.unseen += 1,
         }
@@ -116,8 +148,20 @@ mod tests {
         let asked = changes(&[1000, 1500, 2000, 2500]);
         let handed = changes(&[1010, 1512, 2008, 2511]);
         let light = changes(&[1031, 1530, 2007, 2530]);
-        let pairs = pair(&asked, &handed, &light, LONGEST_NS);
+        // The last presentation was not told.
+        let arrived = changes(&[1020, 1520, 2020]).into_iter().zip(&handed);
+        let arrived: Vec<_> = arrived
+            .map(|(change, handed)| Arrived {
+                change,
+                handed_ns: handed.at_ns,
+            })
+            .collect();
+        let pairs = pair(&asked, &handed, &arrived, &light, LONGEST_NS);
         assert_eq!(pairs.to_picture_ns, [10, 12, 8, 11].map(|ms| ms * MS));
+        assert_eq!(pairs.to_presentation_ns, [20; 3].map(|ms| ms * MS));
+        let ms = |ns: &[i64]| ns.iter().map(|it| it / 1_000_000).collect::<Vec<_>>();
+        assert_eq!(ms(&pairs.picture_to_presentation_ns), [10, 8, 12]);
+        assert_eq!(ms(&pairs.presentation_to_light_ns), [11, 10, -13]);
         assert_eq!(pairs.to_light_ns, [31, 30, 7, 30].map(|ms| ms * MS));
         assert_eq!(pairs.picture_to_light_ns[2], -(MS as i64));
         assert_eq!((pairs.unseen, pairs.crowded, pairs.count()), (0, 0, 4));
@@ -133,9 +177,9 @@ mod tests {
                 ..it
             })
             .collect();
-        let inverted = pair(&asked, &[], &light, LONGEST_NS);
+        let inverted = pair(&asked, &[], &[], &light, LONGEST_NS);
         assert!(inverted.inverted && inverted.to_light_ns.len() == 3);
-        let plain = pair(&asked, &[], &changes(&[1031, 1530, 2033]), LONGEST_NS);
+        let plain = pair(&asked, &[], &[], &changes(&[1031, 1530, 2033]), LONGEST_NS);
         assert!(!plain.inverted && plain.to_light_ns.len() == 3);
     }
 
@@ -144,7 +188,7 @@ mod tests {
         let asked = changes(&[1000, 1100, 2000, 3000]);
         // The light of the last comes too late to be its own.
         let light = changes(&[1030, 1130, 2020, 3400]);
-        let pairs = pair(&asked, &[], &light, LONGEST_NS);
+        let pairs = pair(&asked, &[], &[], &light, LONGEST_NS);
         assert_eq!(pairs.to_light_ns, [20 * MS]);
         assert_eq!(pairs.seen_at_ns, [2000 * MS]);
         assert_eq!((pairs.unseen, pairs.crowded, pairs.count()), (1, 2, 2));

@@ -2,7 +2,7 @@
 
 use core::fmt::Write as _;
 
-use figures::Machine;
+use figures::{Machine, PresentationSummary};
 use serde::Serialize;
 
 use super::pair::Pairs;
@@ -65,8 +65,10 @@ pub struct Screen {
     pub present_mode: String,
     /// Graphics adapter and driver.
     pub adapter: String,
-    /// Presentation times of the driver: null, because wgpu passes none on.
+    /// From the handing over of the picture to its presentation by the window system.
     pub presentation_ms: Option<Spread>,
+    /// Way of the pictures to the screen, or the reason for which nothing told it.
+    pub presentation: PresentationSummary,
 }
 
 /// Times of one kind, ms.
@@ -99,10 +101,14 @@ pub struct Figures {
     pub crowded: u64,
     /// To the handing over of the picture.
     pub to_picture_ms: Option<Spread>,
+    /// To the presentation of the picture by the window system.
+    pub to_presentation_ms: Option<Spread>,
     /// To the light.
     pub to_light_ms: Option<Spread>,
     /// From the handing over to the light.
     pub picture_to_light_ms: Option<Spread>,
+    /// From the presentation to the light.
+    pub presentation_to_light_ms: Option<Spread>,
 }
 
 impl Spread {
@@ -133,7 +139,7 @@ impl Figures {
     pub fn of(place: &'static str, from: &'static str, pairs: &Pairs, delay_ms: f64) -> Self {
         let delay_ns = (delay_ms * 1e6) as i64;
         let times = |ns: &[u64], less: i64| Spread::of(ns.iter().map(|&ns| ns as i64 - less));
-        let since = pairs.picture_to_light_ns.iter().map(|ns| ns - delay_ns);
+        let since = |ns: &[i64]| Spread::of(ns.iter().map(|ns| ns - delay_ns));
         Self {
             place,
             from,
@@ -141,8 +147,10 @@ impl Figures {
             unseen: pairs.unseen,
             crowded: pairs.crowded,
             to_picture_ms: times(&pairs.to_picture_ns, 0),
+            to_presentation_ms: times(&pairs.to_presentation_ns, 0),
             to_light_ms: times(&pairs.to_light_ns, delay_ns),
-            picture_to_light_ms: Spread::of(since),
+            picture_to_light_ms: since(&pairs.picture_to_light_ns),
+            presentation_to_light_ms: since(&pairs.presentation_to_light_ns),
         }
     }
 
@@ -198,8 +206,16 @@ pub fn text(report: &Report) -> String {
     let mut text = format!("{}\n\n", report.sentence());
     let _ = writeln!(
         text,
-        "{:<8} {:<8} {:>8} {:>8} {:>11} {:>9} {:>13} {:>14}",
-        "place", "from", "changes", "unseen", "light p50", "max", "picture p50", "then p50"
+        "{:<8} {:<8} {:>8} {:>8} {:>11} {:>9} {:>13} {:>15} {:>14}",
+        "place",
+        "from",
+        "changes",
+        "unseen",
+        "light p50",
+        "max",
+        "picture p50",
+        "presented p50",
+        "then p50"
     );
     let ms = |spread: Option<Spread>, of: fn(Spread) -> f64| {
         spread.map_or_else(|| "-".to_owned(), |spread| format!("{:.1}", of(spread)))
@@ -207,7 +223,7 @@ pub fn text(report: &Report) -> String {
     for it in &report.places {
         let _ = writeln!(
             text,
-            "{:<8} {:<8} {:>8} {:>8} {:>11} {:>9} {:>13} {:>14}",
+            "{:<8} {:<8} {:>8} {:>8} {:>11} {:>9} {:>13} {:>15} {:>14}",
             it.place,
             it.from,
             it.changes,
@@ -215,12 +231,14 @@ pub fn text(report: &Report) -> String {
             ms(it.to_light_ms, |s| s.median),
             ms(it.to_light_ms, |s| s.max),
             ms(it.to_picture_ms, |s| s.median),
+            ms(it.to_presentation_ms, |s| s.median),
             ms(it.picture_to_light_ms, |s| s.median),
         );
     }
     let _ = writeln!(
         text,
-        "ms. picture: until it is handed over; then: from there to the light. Screen: {}.",
+        "ms. picture: until it is handed over; presented: until the window system presents it; then: \
+         from the handing over to the light. Screen: {}.",
         screen(&report.screen)
     );
     for note in &report.notes {
@@ -242,9 +260,10 @@ pub(super) fn screen(screen: &Screen) -> String {
         "in a window"
     };
     format!(
-        "{width}x{height} {full}, {rate}, present mode {}, {}; the driver's presentation times are \
-         not available",
-        screen.present_mode, screen.adapter
+        "{width}x{height} {full}, {rate}, present mode {}, {}; {}",
+        screen.present_mode,
+        screen.adapter,
+        screen.presentation.said()
     )
 }
 
@@ -257,6 +276,9 @@ pub(super) mod tests {
             to_picture_ns: vec![10_000_000, 12_000_000],
             to_light_ns: vec![31_000_000, 35_000_000],
             seen_at_ns: vec![5_000_000_000, 5_499_000_000],
+            to_presentation_ns: vec![18_000_000],
+            picture_to_presentation_ns: vec![8_000_000],
+            presentation_to_light_ns: vec![13_000_000],
             picture_to_light_ns: vec![21_000_000, 23_000_000],
             unseen: 1,
             crowded: 4,
@@ -284,7 +306,12 @@ pub(super) mod tests {
                 refresh_hz: Some(60.0),
                 present_mode: "Fifo".to_owned(),
                 adapter: "none".to_owned(),
-                presentation_ms: None,
+                presentation_ms: Spread::of([8_000_000]),
+                presentation: PresentationSummary {
+                    source: Some("x11_present"),
+                    copies: 70,
+                    ..PresentationSummary::default()
+                },
             },
             longest_ms: 400.0,
             places: vec![
@@ -304,6 +331,8 @@ pub(super) mod tests {
         assert_eq!(spread(tick.to_light_ms), Some([30.0, 34.0, 34.0]));
         assert_eq!(spread(tick.to_picture_ms), Some([10.0, 12.0, 12.0]));
         assert_eq!(spread(tick.picture_to_light_ms), Some([20.0, 22.0, 22.0]));
+        assert_eq!(spread(tick.to_presentation_ms), Some([18.0; 3]));
+        assert_eq!(spread(tick.presentation_to_light_ms), Some([12.0; 3]));
         assert_eq!((tick.changes, tick.unseen, tick.crowded), (3, 1, 4));
         assert!(tick.is_few() && tick.is_cut());
         assert_eq!(report.places[1].to_light_ms, None);
@@ -316,7 +345,8 @@ pub(super) mod tests {
             "A tick was seen 34.0 ms after it had begun",
             "Too few motions were seen",
             "60.00 Hz, 16.67 ms a frame",
-            "presentation times are not available",
+            "70 by a copy into the window",
+            "18.0",
             "note: the handle did not move",
         ] {
             assert!(text.contains(told), "{told} in {text}");

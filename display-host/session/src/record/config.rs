@@ -1,10 +1,11 @@
 //! Target and content of a recording, and the view that the display tells it.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::mpsc::Sender;
+use std::sync::{Arc, Mutex, PoisonError};
 
+use shared_mem::message::ActMsg;
 use shared_mem::scene::SceneFile;
 
 use crate::course::Entry;
@@ -30,6 +31,25 @@ impl Sight {
     }
 }
 
+/// Acts of instructors, until the recorder writes them.
+#[derive(Debug, Clone, Default)]
+pub struct Acts(Arc<Mutex<Vec<(u64, ActMsg)>>>);
+
+impl Acts {
+    /// Notes an act that took place at `at_ns` (`CLOCK_MONOTONIC`). Skips a malformed one.
+    pub fn note(&self, at_ns: u64, act: ActMsg) {
+        if act.is_sane() {
+            let acts = self.0.lock();
+            acts.unwrap_or_else(PoisonError::into_inner)
+                .push((at_ns, act));
+        }
+    }
+
+    pub(super) fn taken(&self) -> Vec<(u64, ActMsg)> {
+        core::mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
 /// Target and content of a recording.
 pub struct Config {
     /// Path of the file; an existing one is replaced.
@@ -42,6 +62,8 @@ pub struct Config {
     pub assignment: Option<Assignment>,
     /// The endoscope's view relative to its shaft.
     pub sight: Sight,
+    /// Acts of instructors.
+    pub acts: Acts,
     /// Channel into which each entry of the course is sent when it is written.
     pub course: Option<Sender<Entry>>,
 }

@@ -38,6 +38,7 @@ fn config(path: PathBuf) -> Config {
         scene: crate::tests::scene(),
         assignment: None,
         sight: Sight::default(),
+        acts: Acts::default(),
         course: None,
     }
 }

@@ -105,10 +105,12 @@ fn take_all(
             Ok(Item::Timing(batch)) => file.timing(&batch)?,
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => {
+                write_acts(config, file, &newest)?;
                 file.heard_of(items.heard.load(Relaxed));
                 return Ok(());
             }
         }
+        write_acts(config, file, &newest)?;
         if flushed.elapsed() >= FLUSH_EVERY {
             file.flush()?;
             tell(file.outbox.refused.as_deref(), &mut refused);
@@ -117,6 +119,13 @@ fn take_all(
             flushed = Instant::now();
         }
     }
+}
+
+fn write_acts(config: &Config, file: &mut SessionFile, newest: &ToolFrame) -> Result<(), Error> {
+    for (at_ns, act) in config.acts.taken() {
+        file.act(&act, at_ns, newest)?;
+    }
+    Ok(())
 }
 
 fn health_of(file: &SessionFile) -> Health {

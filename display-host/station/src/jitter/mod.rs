@@ -51,6 +51,9 @@ use crate::say;
 use crate::scene;
 use crate::stop;
 
+/// Time within which ticks that follow the device have moved to its samples, s. It is twice what
+/// they need.
+const SETTLE_S: f64 = 3.0;
 /// Longest turn, s. With short turns, all programs run in the same minutes.
 const TURN_MAX_S: f64 = 30.0;
 /// Fewest turns: a median needs three, and so does a confidence interval.
@@ -228,8 +231,19 @@ fn rounds(
         total_s: args.seconds,
         stop,
     };
+    let settle_s = match args.controller.realtime.follow_device {
+        true => SETTLE_S.min(turn_s / 2.0),
+        false => 0.0,
+    };
+    if settle_s > 0.0 {
+        report.about.notes.push(format!(
+            "motion to force counts from second {settle_s:.1} of each turn on: before, the ticks still move \
+             to the device's samples"
+        ));
+    }
     let mut tally = Tally::default();
     let work = folder.path().join("work");
+    tally.settle_ns = (settle_s * 1e9) as u64;
     let mut programs: Vec<Option<Baseline>> = vec![None];
     programs.extend(args.compare.iter().copied().map(Some));
     for round in 0..count {

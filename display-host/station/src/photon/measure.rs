@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use display_host::patch::{By, Patch, Place};
-use jitter::photon::{Change, Pairs, pair};
+use jitter::photon::{Arrived, Change, Pairs, pair};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use shared_mem::inputs::{InputBatch, InputRecord};
 use shared_mem::message::PoseMsg;
@@ -48,12 +48,13 @@ pub(super) struct Measure<'a> {
     pub(super) stop: &'a AtomicBool,
 }
 
-/// Changes of the square since a setting began: asked for by ticks, handed to the screen, and seen
-/// by the sensor.
+/// Changes of the square since a setting began: asked for by ticks, handed to the screen, presented
+/// there, and seen by the sensor.
 #[derive(Default)]
 struct Course {
     asked: Vec<Change>,
     handed: Vec<Change>,
+    arrived: Vec<Arrived>,
     light: Vec<Change>,
     last: Option<bool>,
 }
@@ -107,7 +108,7 @@ impl Measure<'_> {
         let is_seen = |course: &Course| {
             let latest = course.asked.len().saturating_sub(LATEST);
             let asked = course.asked.get(latest..).unwrap_or_default();
-            let pairs = pair(asked, &[], &course.light, longest_ns);
+            let pairs = pair(asked, &[], &[], &course.light, longest_ns);
             pairs.to_light_ns.len() >= SEEN_FIRST
         };
         let course = self.watch(tap, By::Tick, patience, is_seen)?;
@@ -167,6 +168,14 @@ impl Measure<'_> {
                 at_ns: it.handed_ns,
                 bright: it.bright,
             }));
+            let arrived = self.patch.take_arrived().into_iter();
+            course.arrived.extend(arrived.map(|it| Arrived {
+                change: Change {
+                    at_ns: it.at_ns,
+                    bright: it.bright,
+                },
+                handed_ns: it.handed_ns,
+            }));
             if heard.elapsed() > SILENCE {
                 return Err("the controller fell silent".into());
             }
@@ -185,7 +194,13 @@ impl Measure<'_> {
 
 impl Course {
     fn pairs(&self, longest_ns: u64) -> Pairs {
-        pair(&self.asked, &self.handed, &self.light, longest_ns)
+        pair(
+            &self.asked,
+            &self.handed,
+            &self.arrived,
+            &self.light,
+            longest_ns,
+        )
     }
 
     /// Takes the inputs of a tick, and notes a change of the square by them.

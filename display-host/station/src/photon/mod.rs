@@ -21,8 +21,8 @@ use display_host::headless::Observed;
 use display_host::patch::{By, Patch, Place, Surface};
 use display_host::ui::Look;
 use display_host::window::{self, WindowConfig};
-use figures::Machine;
-use jitter::photon::{self, FILE, Figures, Light, Pairs, Report, Screen};
+use figures::{Machine, PresentationSummary};
+use jitter::photon::{self, FILE, Figures, Light, Pairs, Report, Screen, Spread};
 use shared_mem::scene::SceneFile;
 use shared_mem::service::Station;
 
@@ -76,7 +76,7 @@ pub(crate) fn run(args: &PhotonArgs) -> Result<ExitCode, Problem> {
     let measured = show_and_measure(args, &running.scene, &patch, &mut eye, &stop);
     let dead = running.children.drain(..).rev().filter_map(Process::end);
     let dead: Vec<String> = dead.collect();
-    let (rows, complete) = match measured {
+    let ((rows, complete), presentation) = match measured {
         Err(problem) if !dead.is_empty() => {
             return Err(format!("{problem}; {}", dead.join("; ")).into());
         }
@@ -84,7 +84,7 @@ pub(crate) fn run(args: &PhotonArgs) -> Result<ExitCode, Problem> {
     };
     let surface = patch.surface().ok_or("no picture was drawn")?;
     let scene_name = SceneFile::open(&running.scene)?.name().to_owned();
-    let mut report = report(args, scene_name, &rows, &eye, surface);
+    let mut report = report(args, scene_name, &rows, &eye, (surface, presentation));
     report.complete = complete && dead.is_empty();
     report.notes.extend(running.warnings);
     report.notes.extend(dead);
@@ -111,7 +111,7 @@ fn show_and_measure(
     patch: &Arc<Patch>,
     eye: &mut Eye,
     stop: &Arc<AtomicBool>,
-) -> Result<(Vec<Row>, bool), Problem> {
+) -> Result<((Vec<Row>, bool), PresentationSummary), Problem> {
     let station = Station::new(&args.station)?;
     let places: Vec<Place> = args.place.iter().map(|&name| place(name)).collect();
     let config = WindowConfig {
@@ -128,6 +128,7 @@ fn show_and_measure(
         look: Look::default(),
         task: None,
         instructor: false,
+        acts: None,
         replay: None,
         recording: None,
         pictures: None,
@@ -161,15 +162,22 @@ fn show_and_measure(
         });
         over.store(true, Ordering::Relaxed);
         let measured = measure.join();
-        shown?;
+        let presentation = shown?.presentation.summary();
         match measured {
-            Ok(outcome) => outcome.map_err(Into::into),
+            Ok(outcome) => Ok((outcome?, presentation)),
             Err(_) => Err("the thread that measures panicked".into()),
         }
     })
 }
 
-fn report(args: &PhotonArgs, scene: String, rows: &[Row], eye: &Eye, surface: Surface) -> Report {
+fn report(
+    args: &PhotonArgs,
+    scene: String,
+    rows: &[Row],
+    eye: &Eye,
+    (surface, presentation): (Surface, PresentationSummary),
+) -> Report {
+    let presented = (rows.iter()).flat_map(|row| row.pairs.picture_to_presentation_ns.iter());
     let delay_ms = args.sensor.sensor_delay;
     let places: Vec<Figures> = rows
         .iter()
@@ -188,7 +196,12 @@ fn report(args: &PhotonArgs, scene: String, rows: &[Row], eye: &Eye, surface: Su
         scene,
         complete: false,
         longest_ms: args.longest as f64,
-        notes: notes(&places, eye.kind, within_ms, delay_ms, &surface),
+        notes: notes(
+            &places,
+            (eye.kind, within_ms, delay_ms),
+            &surface,
+            &presentation,
+        ),
         places,
         sensor: Light {
             kind: eye.kind,
@@ -203,7 +216,8 @@ fn report(args: &PhotonArgs, scene: String, rows: &[Row], eye: &Eye, surface: Su
             refresh_hz: surface.refresh_hz,
             present_mode: surface.present_mode,
             adapter: surface.adapter,
-            presentation_ms: None,
+            presentation_ms: Spread::of(presented.copied()),
+            presentation,
         },
         machine: Machine::read(),
     }
@@ -212,16 +226,18 @@ fn report(args: &PhotonArgs, scene: String, rows: &[Row], eye: &Eye, surface: Su
 /// Remarks that a reader of the figures needs.
 fn notes(
     places: &[Figures],
-    kind: &str,
-    within_ms: Option<f64>,
-    delay_ms: f64,
+    (kind, within_ms, delay_ms): (&str, Option<f64>, f64),
     surface: &Surface,
+    presentation: &PresentationSummary,
 ) -> Vec<String> {
-    let mut notes = vec![
-        "presentation times of the driver are not available: wgpu passes none on \
-         (VK_GOOGLE_display_timing, VK_EXT_present_timing, X11 Present, wp_presentation)"
-            .to_owned(),
-    ];
+    let mut notes = Vec::new();
+    if presentation.copies > presentation.flips {
+        notes.push(
+            "most pictures were copied into the window: their presentation is the end of the copy, \
+             and the screen may show them a frame later"
+                .to_owned(),
+        );
+    }
     if !surface.full_screen {
         notes.push(
             "the picture was in a window: top, middle and bottom are those of the window, and a \
@@ -310,9 +326,14 @@ mod tests {
             row("motion", &hasty),
             row("tick", &late),
         ];
-        let notes = notes(&places, "sound", Some(8.0), 0.0, &surface).join("\n");
+        let copied = PresentationSummary {
+            source: Some("x11_present"),
+            copies: 9,
+            ..PresentationSummary::default()
+        };
+        let notes = notes(&places, ("sound", Some(8.0), 0.0), &surface, &copied).join("\n");
         for told in [
-            "presentation times of the driver are not available",
+            "copied into the window",
             "in a window",
             "include the sound card's buffer",
             "±8.0 ms only",
@@ -326,6 +347,12 @@ mod tests {
             full_screen: true,
             ..surface
         };
-        assert_eq!(super::notes(&[], "pin", Some(0.05), 0.0, &plain).len(), 1);
+        let sensor = ("pin", Some(0.05), 0.0);
+        let flipped = PresentationSummary {
+            flips: 9,
+            copies: 0,
+            ..copied
+        };
+        assert!(super::notes(&[], sensor, &plain, &flipped).is_empty());
     }
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::args::{LanguageName, LookArgs, parse_seconds, parse_station};
+use crate::args::{LanguageName, LookArgs, parse_seconds, parse_size, parse_station};
 use crate::output::Overwrite;
 
 #[derive(Debug, Clone, Args)]
@@ -19,6 +19,7 @@ Examples:
   calot replay out/session.mcap --repair           close what a kill left open
   calot replay out/session.mcap --show --speed 0.25 --from 4
   calot replay out/session.mcap --at 75            the window at an error, as the debrief says
+  calot replay out/session.mcap --video film.mp4   a film for raters, and film.truth.json
   calot replay out/session.mcap --what-if triangle-variant --out what-if
   calot replay out/session.mcap --what-if-iterations 10 --out what-if   the paper's solver")]
 pub(crate) struct ReplayArgs {
@@ -47,6 +48,14 @@ pub(crate) struct ReplayArgs {
     /// Show it without a window: this number of pictures, spread over --seconds, in --out
     #[arg(long, value_name = "N", conflicts_with_all = ["show", "what_if", "what_if_iterations"])]
     pub(crate) frames: Option<u32>,
+    /// Make a film of it with ffmpeg, for blinded raters: the endoscope's picture alone, 25 pictures
+    /// a second. The truth of the critical view goes to FILE with the ending .truth.json
+    #[arg(long, value_name = "FILE.mp4",
+          conflicts_with_all = ["show", "frames", "at", "what_if", "what_if_iterations", "repair"])]
+    pub(crate) video: Option<PathBuf>,
+    /// Size of --video, pixels [default: 640x480]
+    #[arg(long, value_name = "WxH", value_parser = parse_size, requires = "video")]
+    pub(crate) size: Option<[u32; 2]>,
     /// Playing time of --frames, s
     #[arg(long, value_name = "N", default_value = "10", value_parser = parse_seconds)]
     pub(crate) seconds: f64,

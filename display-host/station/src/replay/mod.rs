@@ -5,6 +5,7 @@ mod close;
 pub(crate) mod judge;
 pub(crate) mod recorded;
 mod show;
+mod video;
 mod what_if;
 
 use std::cell::Cell;
@@ -70,6 +71,9 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<ExitCode, Problem> {
     let out = || output::folder(named, "out", Format::of_result, args.overwrite);
     if args.what_if.is_some() || args.what_if_iterations.is_some() {
         return what_if::run(args, &session, &scene, &out()?);
+    }
+    if let Some(video) = &args.video {
+        return video::run(args, &mut session, &scene, video);
     }
     if args.is_shown() {
         return show::run(args, &session, &scene, std::path::Path::new(""));

@@ -3,14 +3,15 @@
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use display_host::headless::{self, HeadlessConfig, Observed};
-use display_host::ui::ReplayView;
+use display_host::ui::{ActsView, ReplayView};
 use display_host::window::{self, WindowConfig};
 use rt_process::replay::{Pace, Replay, Replayed, Shown, length_ns, show};
-use session::Session;
+use session::{EntryContent, Operation, Session};
 use shared_mem::inputs::InputRecord;
+use shared_mem::message::ActMsg;
 use shared_mem::scene::SceneFile;
 use shared_mem::service::Station;
 
@@ -52,6 +53,8 @@ pub(super) fn run(
     let begun = AtomicBool::new(args.frames.is_none());
     let view = Arc::new(Mutex::new(ReplayView::default()));
     let length = AtomicU64::new(0);
+    let acts_of_session = Mutex::new(Vec::new());
+    let acts = Arc::new(Mutex::new(ActsView::default()));
     let player = Player {
         replay: &replay,
         session: played,
@@ -61,10 +64,13 @@ pub(super) fn run(
         stop: &stop,
         length_ns: &length,
         view: &view,
+        acts_of_session: &acts_of_session,
+        acts: &acts,
     };
     let (shown, watched) = std::thread::scope(|scope| {
         // Measuring the length of an hour-long session takes seconds, so a thread does it.
         scope.spawn(|| {
+            *lock(&acts_of_session) = acts_of(played, &stop);
             if let Ok(session) = Session::open(played) {
                 let ticks = in_order(session).take_while(|_| !stop.load(Relaxed));
                 length.store(length_ns(ticks), Relaxed);
@@ -90,7 +96,10 @@ pub(super) fn run(
                 &mut observe,
             ),
             None => window::run(
-                &window_config(args, &station, &path, &view),
+                &WindowConfig {
+                    acts: Some(acts.clone()),
+                    ..window_config(args, &station, &path, &view)
+                },
                 &stop,
                 &mut observe,
             ),
@@ -155,6 +164,7 @@ fn window_config(
         task: None,
         pictures: None,
         instructor: false,
+        acts: None,
         replay: Some(view.clone()),
         recording: None,
         patch: None,
@@ -173,6 +183,10 @@ struct Player<'a> {
     /// Length of the session, ns, once known.
     length_ns: &'a AtomicU64,
     view: &'a Mutex<ReplayView>,
+    /// Acts of instructors in the session, with their times, s, once known.
+    acts_of_session: &'a Mutex<Vec<(f64, ActMsg)>>,
+    /// View of these acts for the display.
+    acts: &'a Mutex<ActsView>,
 }
 
 impl Player<'_> {
@@ -200,7 +214,8 @@ impl Player<'_> {
         };
         let tell = |shown: Shown| {
             let found_s = self.length_ns.load(Relaxed) as f64 / 1e9;
-            *self.view.lock().unwrap_or_else(PoisonError::into_inner) = ReplayView {
+            *lock(self.acts) = ActsView::at(&lock(self.acts_of_session), shown.at_s, true);
+            *lock(self.view) = ReplayView {
                 at_s: shown.at_s,
                 length_s: shown.length_s.unwrap_or(found_s),
                 speed: shown.speed,
@@ -219,6 +234,27 @@ impl Player<'_> {
         )
         .map_err(|error| error.to_string())
     }
+}
+
+fn lock<T>(it: &Mutex<T>) -> MutexGuard<'_, T> {
+    it.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Acts of instructors in a session, with their times from its start, s.
+fn acts_of(session: &Path, stop: &AtomicBool) -> Vec<(f64, ActMsg)> {
+    let mut first_ns = None;
+    let entries = Operation::open(session).into_iter().flatten();
+    let acts = entries
+        .take_while(|_| !stop.load(Relaxed))
+        .filter_map(|it| {
+            let began_ns = *first_ns.get_or_insert(it.at_ns);
+            let at_s = it.at_ns.saturating_sub(began_ns) as f64 * 1e-9;
+            match it.what {
+                EntryContent::Act(act) => Some((at_s, act)),
+                _ => None,
+            }
+        });
+    acts.collect()
 }
 
 /// The session's ticks up to the first missing one.

@@ -7,6 +7,7 @@
 //! ```
 
 pub(crate) mod args;
+mod desk;
 mod finish;
 mod plan;
 pub(crate) mod player;

@@ -3,13 +3,16 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::mpsc::{self, Sender};
 
 use display_host::report::DeviceSummary;
-use session::{Listening, Recording, Sight};
+use session::{Acts, Listening, Recording, Sight};
+use shared_mem::message::EventMsg;
 use shared_mem::scene::SceneFile;
 use shared_mem::service::Station;
 
 use super::args::{RunArgs, session_path};
+use super::desk::{Desk, Terms};
 use super::plan::Planned;
 use super::processes::{self, Running};
 use super::watch::Watch;
@@ -34,6 +37,8 @@ pub(super) struct Started<'a> {
     pub(super) recording: Option<Recording>,
     /// Passes the viewing angle of the endoscope to the recording.
     pub(super) sight: Sight,
+    /// Answers instructors; `None` with `--attach`, where the station's own run does.
+    pub(super) desk: Option<(Desk, Sender<EventMsg>)>,
     pub(super) watch: Watch,
     /// Warnings about the controller, for the summary.
     pub(super) warnings: Vec<String>,
@@ -79,10 +84,11 @@ impl<'a> Planned<'a> {
         let open_scene = SceneFile::open(&scene)?;
         let assignment = assigned.as_ref().map(Assigned::assignment);
         let task = assigned.as_ref().map(Assigned::task);
+        let difficulty = assigned.as_ref().map(Assigned::difficulty);
         let begins = assigned.as_ref().and_then(Assigned::start);
         let live = assigned.map(|it| it.begin(&SceneFile::open(&scene)?, &station));
         let (live, course) = live.transpose()?.unzip();
-        let sight = Sight::default();
+        let (sight, acts) = (Sight::default(), Acts::default());
         let recording = match listening {
             Some((path, listening)) => Some(listening.record(session::Config {
                 path,
@@ -90,9 +96,16 @@ impl<'a> Planned<'a> {
                 scene: SceneFile::open(&scene)?,
                 assignment,
                 sight: sight.clone(),
+                acts: acts.clone(),
                 course,
             })?),
             None => None,
+        };
+        let (hear, events) = mpsc::channel();
+        let terms = Terms::new(difficulty, recording.as_ref().map(Recording::health));
+        let desk = match args.attach {
+            true => None,
+            false => Some((Desk::begin(&station, terms, acts, events)?, hear)),
         };
         let watch = Watch::begin(children, stop.clone());
         if let Some(begins) = begins
@@ -119,6 +132,7 @@ impl<'a> Planned<'a> {
             live,
             recording,
             sight,
+            desk,
             watch,
             warnings,
             devices,

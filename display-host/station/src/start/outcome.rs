@@ -3,12 +3,13 @@
 use std::path::Path;
 
 use assess::report::Lesson;
-use assess::{Alarm, AlarmKind, Difficulty, Metric, Reason, Rules, Task};
+use assess::{Act, Alarm, AlarmKind, Difficulty, Metric, Reason, Rules, Task};
 use display_host::ui::TaskNote;
 use display_host::ui::launcher::{ClosePicture, Debrief, Earlier, LessonView, MetricRow};
 use display_host::words::Words;
 use serde::Deserialize as _;
 use serde_json::Value;
+use shared_mem::words::ActKind;
 use store::Store;
 
 use super::problem;
@@ -89,6 +90,7 @@ pub(super) fn read(
         reasons: reasons(&summary),
         score,
         lessons: lessons(out, &summary),
+        acts: acts(&summary),
         lost: lost(&summary, words),
         can_replay: crate::report::recording(out).exists(),
         metrics: rows(&task, rules, &summary, &past),
@@ -162,6 +164,18 @@ fn other_warnings(summary: &Value) -> Vec<String> {
 fn reasons(summary: &Value) -> Vec<Reason> {
     let all = summary["reason_kinds"].as_array().into_iter().flatten();
     all.filter_map(|it| Reason::deserialize(it).ok()).collect()
+}
+
+/// Acts of an instructor, without those that this program does not understand.
+fn acts(summary: &Value) -> Vec<Act> {
+    let all = summary["acts"].as_array().into_iter().flatten();
+    let act = |it: &Value| {
+        let act = Act::deserialize(it).ok()?;
+        ActKind::ALL.iter().find(|kind| kind.name() == act.kind)?;
+        let remark = act.remark.as_deref().map(session::printable);
+        Some(Act { remark, ..act })
+    };
+    all.filter_map(act).collect()
 }
 
 /// Lessons of the summary's errors, each with its close picture if there is one.

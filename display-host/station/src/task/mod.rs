@@ -92,6 +92,10 @@ impl Assigned {
         self.task
     }
 
+    pub(crate) fn difficulty(&self) -> Difficulty {
+        self.difficulty
+    }
+
     /// State in which the task begins, as [`CommandMsg::START`] numbers it. `None`: the state in
     /// which the run begins.
     pub(crate) fn start(&self) -> Option<u32> {
@@ -324,6 +328,7 @@ pub(crate) fn summary(assessed: &Assessed, assignment: &Assignment) -> TaskSumma
         score: assessed.score,
         alarms: assessed.alarms.iter().map(alarm).collect(),
         lost: lost.collect(),
+        acts: assessed.acts.clone(),
         injuries: assessed.injuries.clone(),
         cvs: assessed.cvs,
         metrics: serde_json::to_value(assessed.metrics).unwrap_or_default(),

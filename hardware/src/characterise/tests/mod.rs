@@ -8,9 +8,9 @@ mod walls;
 
 use rt_core::math::Vec3;
 
-use self::simulated::{Between, nobody, simulated};
+use self::simulated::{FaultyDriver, nobody, simulated};
 use super::{Axis, Characterised, Options, measure};
-use crate::emulate::{Body, HapticModel, PlayedBody};
+use crate::emulate::{Body, HapticModel, SimulatedBody};
 
 /// Largest error allowed, as a share of the true value.
 const ALLOWED: f64 = 0.1;
@@ -29,12 +29,12 @@ const X: Options = Options {
 
 fn measured(
     model: HapticModel,
-    of: PlayedBody,
+    of: SimulatedBody,
     late_ms: usize,
     options: &Options,
 ) -> Characterised {
     let (device, mut clock) = simulated(model, of, nobody());
-    let mut device = Between::new(device, late_ms);
+    let mut device = FaultyDriver::new(device, late_ms);
     let sent = device.sent.clone();
     let records = measure(&mut device, &mut clock, options, &mut |_| {}).unwrap();
     let found = records.analyse();
@@ -48,17 +48,17 @@ fn measured(
 
 #[test]
 fn an_axis_takes_a_quarter_of_a_minute() {
-    let of = PlayedBody::free(HapticModel::TouchRig);
+    let of = SimulatedBody::free(HapticModel::TouchRig);
     let (mut device, mut clock) = simulated(HapticModel::TouchRig, of, nobody());
-    let from_ns = clock.played.now_ns();
+    let from_ns = clock.simulated.now_ns();
     let options = Options::default();
     measure(device.as_mut(), &mut clock, &options, &mut |_| {}).unwrap();
     // The command and the guide state this time.
-    let seconds = (clock.played.now_ns() - from_ns) as f64 * 1e-9;
+    let seconds = (clock.simulated.now_ns() - from_ns) as f64 * 1e-9;
     assert!((30.0..60.0).contains(&seconds), "{seconds}");
 }
 
-fn is_true(axis: &Axis, body: &Body, delay_s: f64) {
+fn assert_recovers(axis: &Axis, body: &Body, delay_s: f64) {
     let near = |name: &str, found: f64, truth: f64| {
         let error = (found - truth) / truth;
         assert!(error.abs() <= ALLOWED, "{name} {found}, true {truth}");
@@ -82,14 +82,14 @@ fn is_true(axis: &Axis, body: &Body, delay_s: f64) {
 
 #[test]
 fn all_axes_of_the_emulated_touch_are_recovered() {
-    let of = PlayedBody {
+    let of = SimulatedBody {
         start_m: Vec3::new(0.003, -0.002, 0.001),
-        ..PlayedBody::free(HapticModel::TouchRig)
+        ..SimulatedBody::free(HapticModel::TouchRig)
     };
     let found = measured(HapticModel::TouchRig, of, 0, &Options::default());
     assert_eq!(found.measured().count(), 3, "{:?}", found.axes);
     for (_, axis) in found.measured() {
-        is_true(axis, &Body::TOUCH, TOUCH_S);
+        assert_recovers(axis, &Body::TOUCH, TOUCH_S);
         assert!(axis.carries_n.value.abs() < 0.01, "{:?}", axis.carries_n);
         // The remaining error is the encoder's rounding: 0.055 mm / √12.
         assert!(axis.rms_m < 0.03e-3, "{}", axis.rms_m);
@@ -108,11 +108,11 @@ fn all_axes_of_the_emulated_touch_are_recovered() {
 }
 
 #[test]
-fn encoder_steps_and_starts_do_not_matter() {
+fn encoder_steps_and_starting_places_do_not_matter() {
     for (seed, step_m) in [(1u32, 0.02e-3), (2, 0.055e-3), (3, 0.1e-3)] {
         let part = |shift: u32| ((seed * 7919) >> shift) as f32 % 13.0 * 1e-3 - 6e-3;
-        let free = PlayedBody::free(HapticModel::TouchRig);
-        let of = PlayedBody {
+        let free = SimulatedBody::free(HapticModel::TouchRig);
+        let of = SimulatedBody {
             body: Body {
                 encoder_step_m: step_m,
                 ..free.body
@@ -121,33 +121,33 @@ fn encoder_steps_and_starts_do_not_matter() {
             ..free
         };
         let found = measured(HapticModel::TouchRig, of, 0, &X);
-        is_true(found.measured().next().unwrap().1, &of.body, TOUCH_S);
+        assert_recovers(found.measured().next().unwrap().1, &of.body, TOUCH_S);
     }
 }
 
 #[test]
-fn milliseconds_in_which_all_stood_still_do_not_matter() {
-    let of = PlayedBody::free(HapticModel::TouchRig);
+fn pauses_of_the_computer_do_not_matter() {
+    let of = SimulatedBody::free(HapticModel::TouchRig);
     let (device, mut clock) = simulated(HapticModel::TouchRig, of, nobody());
-    let mut device = Between::new(device, 0);
+    let mut device = FaultyDriver::new(device, 0);
     // In every second this computer pauses for 30 ms, while time goes on for the device.
     clock.stalls = true;
     let records = measure(&mut device, &mut clock, &X, &mut |_| {}).unwrap();
     let found = records.analyse();
-    is_true(found.measured().next().unwrap().1, &of.body, TOUCH_S);
+    assert_recovers(found.measured().next().unwrap().1, &of.body, TOUCH_S);
 }
 
 #[test]
 fn another_body_and_a_longer_delay_are_recovered() {
-    let free = PlayedBody::free(HapticModel::TouchRig);
+    let free = SimulatedBody::free(HapticModel::TouchRig);
     let body = Body {
         mass_kg: 0.2,
         friction_n: 0.1,
         damping_n_s_m: 1.0,
         ..free.body
     };
-    let found = measured(HapticModel::TouchRig, PlayedBody { body, ..free }, 6, &X);
-    is_true(found.measured().next().unwrap().1, &body, TOUCH_S + 0.006);
+    let found = measured(HapticModel::TouchRig, SimulatedBody { body, ..free }, 6, &X);
+    assert_recovers(found.measured().next().unwrap().1, &body, TOUCH_S + 0.006);
     let said = found.verdicts().join("\n");
     assert!(
         said.contains("declares 2.0 ms delay") && said.contains("may buzz"),
@@ -157,7 +157,7 @@ fn another_body_and_a_longer_delay_are_recovered() {
 
 #[test]
 fn all_axes_of_the_emulated_woody_are_recovered() {
-    let of = PlayedBody::free(HapticModel::Woody);
+    let of = SimulatedBody::free(HapticModel::Woody);
     let options = Options {
         repetitions: 2,
         ..Options::default()
@@ -165,19 +165,19 @@ fn all_axes_of_the_emulated_woody_are_recovered() {
     let found = measured(HapticModel::Woody, of, 0, &options);
     assert_eq!(found.measured().count(), 3, "{:?}", found.axes);
     for (_, axis) in found.measured() {
-        is_true(axis, &of.body, WOODY_S);
+        assert_recovers(axis, &of.body, WOODY_S);
     }
     let said = found.verdicts().join("\n");
     assert!(said.contains("2.0 ms: they agree"), "{said}");
 }
 
 #[test]
-fn a_handle_that_falls_is_held_and_its_weight_is_found() {
+fn a_falling_handle_is_supported_and_its_weight_is_found() {
     // The weight exceeds friction, so the handle falls without force.
     let weight_n = 0.35;
-    let of = PlayedBody {
+    let of = SimulatedBody {
         load_n: Vec3::new(0.0, -weight_n, 0.0),
-        ..PlayedBody::free(HapticModel::TouchRig)
+        ..SimulatedBody::free(HapticModel::TouchRig)
     };
     let options = Options {
         axes: [true, true, false],
@@ -186,7 +186,7 @@ fn a_handle_that_falls_is_held_and_its_weight_is_found() {
     };
     let found = measured(HapticModel::TouchRig, of, 0, &options);
     for (at, axis) in found.measured() {
-        is_true(axis, &of.body, TOUCH_S);
+        assert_recovers(axis, &of.body, TOUCH_S);
         let truth_n = if at == 1 { f64::from(weight_n) } else { 0.0 };
         let carries_n = axis.carries_n.value;
         assert!((carries_n - truth_n).abs() < 0.02, "{at}: {carries_n}");
@@ -198,7 +198,7 @@ fn a_handle_that_falls_is_held_and_its_weight_is_found() {
 fn an_axis_without_a_motor_is_named_and_the_others_are_measured() {
     let found = measured(
         HapticModel::Hapi,
-        PlayedBody::free(HapticModel::Hapi),
+        SimulatedBody::free(HapticModel::Hapi),
         0,
         &Options {
             axes: [true, true, false],
@@ -211,10 +211,10 @@ fn an_axis_without_a_motor_is_named_and_the_others_are_measured() {
 
     let (device, mut clock) = simulated(
         HapticModel::TouchRig,
-        PlayedBody::free(HapticModel::TouchRig),
+        SimulatedBody::free(HapticModel::TouchRig),
         nobody(),
     );
-    let mut device = Between::new(device, 0);
+    let mut device = FaultyDriver::new(device, 0);
     device.factors.y = 0.0;
     let options = Options {
         axes: [false, true, false],
@@ -228,8 +228,8 @@ fn an_axis_without_a_motor_is_named_and_the_others_are_measured() {
 
 #[test]
 fn a_heavy_handle_is_refused_where_too_little_force_is_left() {
-    let free = PlayedBody::free(HapticModel::TouchRig);
-    let of = PlayedBody {
+    let free = SimulatedBody::free(HapticModel::TouchRig);
+    let of = SimulatedBody {
         load_n: Vec3::new(-0.3, 0.0, 0.0),
         body: Body {
             friction_n: 0.55,

@@ -1,9 +1,9 @@
 //! The opening of an emulated handle, whose ring has known properties.
 
 use super::super::{Options, Place, measure, wall};
-use super::simulated::{Between, nobody, simulated};
-use super::{ALLOWED, Axis, Characterised, TOUCH_S, is_true};
-use crate::emulate::{Body, Grip, HapticModel, PlayedBody, pressing_m};
+use super::simulated::{FaultyDriver, nobody, simulated};
+use super::{ALLOWED, Axis, Characterised, TOUCH_S, assert_recovers};
+use crate::emulate::{Body, Grip, HapticModel, SimulatedBody, pressing_m};
 
 const HANDLE: HapticModel = HapticModel::HandleRig;
 const ALONE: Options = Options {
@@ -13,21 +13,21 @@ const ALONE: Options = Options {
 };
 
 /// Result of a handle with this ring, after `change` has spoilt its driver.
-fn found(ring: Body, options: &Options, change: impl FnOnce(&mut Between)) -> Characterised {
-    let of = PlayedBody {
+fn found(ring: Body, options: &Options, change: impl FnOnce(&mut FaultyDriver)) -> Characterised {
+    let of = SimulatedBody {
         ring,
-        ..PlayedBody::free(HANDLE)
+        ..SimulatedBody::free(HANDLE)
     };
     let (device, mut clock) = simulated(HANDLE, of, nobody());
-    let mut device = Between::new(device, 0);
+    let mut device = FaultyDriver::new(device, 0);
     change(&mut device);
     let records = measure(&mut device, &mut clock, options, &mut |_| {}).unwrap();
-    assert!(clock.played.opening_n().abs() < 1e-6, "no force remains");
+    assert!(clock.simulated.opening_n().abs() < 1e-6, "no force remains");
     records.analyse()
 }
 
 fn ring() -> Body {
-    PlayedBody::free(HANDLE).ring
+    SimulatedBody::free(HANDLE).ring
 }
 
 fn along(found: &Characterised) -> &Axis {
@@ -38,7 +38,7 @@ fn along(found: &Characterised) -> &Axis {
 fn the_opening_of_the_emulated_handle_is_recovered() {
     let found = found(ring(), &ALONE, |_| {});
     let opened = found.opening.as_ref().unwrap().as_ref().unwrap();
-    is_true(&opened.axis, &ring(), TOUCH_S);
+    assert_recovers(&opened.axis, &ring(), TOUCH_S);
     assert!(
         opened.range[0] < 0.01 && opened.range[1] > 0.99,
         "{:?}",
@@ -70,22 +70,22 @@ fn another_ring_is_recovered() {
         damping_n_s_m: 0.4,
         ..ring()
     };
-    is_true(along(&found(other, &ALONE, |_| {})), &other, TOUCH_S);
+    assert_recovers(along(&found(other, &ALONE, |_| {})), &other, TOUCH_S);
 }
 
 #[test]
-fn the_other_axes_are_measured_beside_the_opening() {
+fn the_other_axes_are_measured_too() {
     let options = Options {
         axes: [true, false, false],
         ..ALONE
     };
     let found = found(ring(), &options, |_| {});
-    is_true(along(&found), &ring(), TOUCH_S);
-    is_true(found.measured().next().unwrap().1, &Body::TOUCH, TOUCH_S);
+    assert_recovers(along(&found), &ring(), TOUCH_S);
+    assert_recovers(found.measured().next().unwrap().1, &Body::TOUCH, TOUCH_S);
 }
 
 #[test]
-fn a_motor_that_saturates_is_told() {
+fn a_saturating_motor_is_reported() {
     let found = found(ring(), &ALONE, |device| device.opens_most_n = 0.4);
     let said = found.verdicts().join("\n");
     assert!(
@@ -95,8 +95,8 @@ fn a_motor_that_saturates_is_told() {
 }
 
 #[test]
-fn a_ring_that_binds_in_the_middle_is_told() {
-    let short = PlayedBody::free(HANDLE);
+fn a_ring_that_sticks_in_the_middle_is_reported() {
+    let short = SimulatedBody::free(HANDLE);
     let found = found(short.ring, &ALONE, |device| {
         device.opening = |it| 0.2 + 0.6 * it;
     });
@@ -106,7 +106,7 @@ fn a_ring_that_binds_in_the_middle_is_told() {
 }
 
 #[test]
-fn an_opening_that_cannot_be_measured_says_why_and_spoils_nothing() {
+fn an_opening_that_cannot_be_measured_gives_a_reason_and_does_not_affect_the_rest() {
     let options = Options {
         axes: [true, false, false],
         ..ALONE
@@ -124,7 +124,7 @@ fn an_opening_that_cannot_be_measured_says_why_and_spoils_nothing() {
 
 #[test]
 fn a_handle_without_an_opening_gets_none() {
-    let of = PlayedBody::free(HapticModel::TouchRig);
+    let of = SimulatedBody::free(HapticModel::TouchRig);
     let (mut device, mut clock) = simulated(HapticModel::TouchRig, of, nobody());
     let records = measure(device.as_mut(), &mut clock, &ALONE, &mut |_| {}).unwrap();
     assert!(records.analyse().opening.is_none());
@@ -136,13 +136,13 @@ fn a_wall_along_the_opening_is_found_under_fingers() {
         stiffness_n_m: 30.0,
         damping_n_s_m: 0.2,
     };
-    let of = PlayedBody {
+    let of = SimulatedBody {
         grip: soft,
-        ..PlayedBody::free(HANDLE)
+        ..SimulatedBody::free(HANDLE)
     };
     let (device, mut clock) = simulated(HANDLE, of, Box::new(pressing_m));
     clock.squeezes = true;
-    let mut device = Between::new(device, 2);
+    let mut device = FaultyDriver::new(device, 2);
     let mut told = Vec::new();
     let walls = wall(&mut device, &mut clock, Place::Opening, None, &mut |line| {
         told.push(line.to_owned());

@@ -13,17 +13,17 @@ use rt_core::port::{
 use rt_core::time::TimeNs;
 
 use crate::characterise::Clock;
-use crate::emulate::{HapticModel, Played, PlayedBody};
+use crate::emulate::{HapticModel, SimulatedBody, SimulatedDevice};
 
 /// Movement of the hand: a function from the time, s, to the hand's target, m.
 pub(super) type HandLaw = Box<dyn FnMut(f64) -> Vec3>;
 
 /// Called after each millisecond; false ends the time.
-pub(super) type Watch = dyn FnMut(f64, &Played) -> bool;
+pub(super) type Watch = dyn FnMut(f64, &SimulatedDevice) -> bool;
 
 /// Clock that advances the emulated device and ends when the test's watch function returns false.
-pub(super) struct PlayedClock {
-    pub(super) played: Rc<Played>,
+pub(super) struct SimulatedClock {
+    pub(super) simulated: Rc<SimulatedDevice>,
     hand: HandLaw,
     start_ns: TimeNs,
     /// True to simulate a computer that pauses for 30 ms in each second.
@@ -34,33 +34,33 @@ pub(super) struct PlayedClock {
     pub(super) squeezes: bool,
 }
 
-impl Clock for PlayedClock {
+impl Clock for SimulatedClock {
     fn next(&mut self) -> Option<TimeNs> {
-        let now_ns = self.played.now_ns();
+        let now_ns = self.simulated.now_ns();
         let at_s = now_ns.saturating_sub(self.start_ns) as f64 * 1e-9;
         let stands = self.stalls && at_s.fract() < 0.0005;
         for _ in 0..if stands { 30 } else { 1 } {
             let target_m = (self.hand)(at_s);
             if self.squeezes {
-                self.played.squeeze_to(target_m.y);
+                self.simulated.squeeze_to(target_m.y);
             }
-            self.played.move_on(target_m);
+            self.simulated.advance(target_m);
         }
-        (self.watch)(at_s, &self.played).then(|| self.played.now_ns())
+        (self.watch)(at_s, &self.simulated).then(|| self.simulated.now_ns())
     }
 }
 
 /// An emulated device, free or in a hand, and its clock.
 pub(super) fn simulated(
     model: HapticModel,
-    of: PlayedBody,
+    of: SimulatedBody,
     hand: HandLaw,
-) -> (Box<dyn HapticDevice + Send>, PlayedClock) {
-    let (driver, played) = Played::open_as(model, of).unwrap();
-    let played = Rc::new(played);
-    let start_ns = played.now_ns();
-    let clock = PlayedClock {
-        played,
+) -> (Box<dyn HapticDevice + Send>, SimulatedClock) {
+    let (driver, simulated) = SimulatedDevice::open_with_body(model, of).unwrap();
+    let simulated = Rc::new(simulated);
+    let start_ns = simulated.now_ns();
+    let clock = SimulatedClock {
+        simulated,
         hand,
         start_ns,
         stalls: false,
@@ -79,7 +79,7 @@ pub(super) fn nobody() -> HandLaw {
 pub(super) type Sent = Rc<RefCell<(f32, f32)>>;
 
 /// A driver between the experiments and the device, which inserts the errors of a test.
-pub(super) struct Between {
+pub(super) struct FaultyDriver {
     pub(super) device: Box<dyn HapticDevice + Send>,
     /// Delayed forces, of which the oldest is sent next.
     late: VecDeque<ForceCommand>,
@@ -99,7 +99,7 @@ pub(super) struct Between {
     pub(super) sent: Sent,
 }
 
-impl Between {
+impl FaultyDriver {
     /// A device that receives its commands `late_ms` late.
     pub(super) fn new(device: Box<dyn HapticDevice + Send>, late_ms: usize) -> Self {
         Self {
@@ -117,7 +117,7 @@ impl Between {
     }
 }
 
-impl HapticDevice for Between {
+impl HapticDevice for FaultyDriver {
     fn capabilities(&self) -> DeviceCapabilities {
         self.device.capabilities()
     }

@@ -5,26 +5,26 @@ use rt_core::math::Vec3;
 
 use super::super::{Halt, Options, measure};
 use super::X;
-use super::simulated::{Between, HandLaw, Watch, nobody, simulated};
+use super::simulated::{FaultyDriver, HandLaw, Watch, nobody, simulated};
 use crate::HardwareError;
-use crate::emulate::{Body, HapticModel, PlayedBody};
+use crate::emulate::{Body, HapticModel, SimulatedBody};
 
 const TOUCH: HapticModel = HapticModel::TouchRig;
 
-/// A way to spoil a measurement.
-struct Spoiled {
-    of: PlayedBody,
+/// A disturbance of a measurement.
+struct Disturbance {
+    of: SimulatedBody,
     hand: HandLaw,
     options: Options,
-    change: Box<dyn FnOnce(&mut Between)>,
+    change: Box<dyn FnOnce(&mut FaultyDriver)>,
     /// Called after each millisecond of simulated time; false ends the clock.
     watch: Box<Watch>,
 }
 
-impl Default for Spoiled {
+impl Default for Disturbance {
     fn default() -> Self {
         Self {
-            of: PlayedBody::free(TOUCH),
+            of: SimulatedBody::free(TOUCH),
             hand: nobody(),
             options: X,
             change: Box::new(|_| {}),
@@ -34,9 +34,9 @@ impl Default for Spoiled {
 }
 
 /// The reason, and the message as a user sees it. Checks that no force remains.
-fn halted(spoiled: Spoiled) -> (Halt, String) {
+fn halted(spoiled: Disturbance) -> (Halt, String) {
     let (device, mut clock) = simulated(TOUCH, spoiled.of, spoiled.hand);
-    let mut device = Between::new(device, 0);
+    let mut device = FaultyDriver::new(device, 0);
     (spoiled.change)(&mut device);
     clock.watch = spoiled.watch;
     let sent = device.sent.clone();
@@ -51,9 +51,9 @@ fn halted(spoiled: Spoiled) -> (Halt, String) {
 #[test]
 fn a_device_that_pushes_the_wrong_way_is_stopped_within_two_centimetres() {
     for axis in 0..3 {
-        let (device, mut clock) = simulated(TOUCH, PlayedBody::free(TOUCH), nobody());
-        let played = clock.played.clone();
-        let mut device = Between::new(device, 0);
+        let (device, mut clock) = simulated(TOUCH, SimulatedBody::free(TOUCH), nobody());
+        let simulated = clock.simulated.clone();
+        let mut device = FaultyDriver::new(device, 0);
         device.factors[axis] = -1.0;
         let halt = measure(&mut device, &mut clock, &X, &mut |_| {}).unwrap_err();
         assert!(matches!(halt, Halt::Backwards { .. }), "{halt}");
@@ -61,18 +61,18 @@ fn a_device_that_pushes_the_wrong_way_is_stopped_within_two_centimetres() {
         assert!(said.contains("Run `calot devices feel` first"), "{said}");
         // Without force the handle comes to rest.
         for _ in 0..500 {
-            played.move_on(Vec3::zeros());
+            simulated.advance(Vec3::zeros());
         }
-        let moved_m = played.measured_m().norm();
+        let moved_m = simulated.measured_m().norm();
         assert!(moved_m < 0.02, "{moved_m}");
     }
 }
 
 #[test]
 fn a_force_along_another_axis_is_named() {
-    let (_, said) = halted(Spoiled {
+    let (_, said) = halted(Disturbance {
         change: Box::new(|device| device.swaps_xy = true),
-        ..Spoiled::default()
+        ..Disturbance::default()
     });
     assert!(
         said.contains("direction or axis of the force is wrong"),
@@ -84,14 +84,14 @@ fn a_force_along_another_axis_is_named() {
 #[test]
 fn unplugged_device_ends_every_experiment() {
     for at_s in [0.3, 3.0, 8.5, 13.0] {
-        let (halt, said) = halted(Spoiled {
-            watch: Box::new(move |now_s, played| {
+        let (halt, said) = halted(Disturbance {
+            watch: Box::new(move |now_s, simulated| {
                 if now_s >= at_s {
-                    played.unplug();
+                    simulated.unplug();
                 }
                 true
             }),
-            ..Spoiled::default()
+            ..Disturbance::default()
         });
         assert_eq!(halt, Halt::Lost);
         assert!(said.contains("Plug it in and start again"), "{said}");
@@ -99,11 +99,11 @@ fn unplugged_device_ends_every_experiment() {
 }
 
 #[test]
-fn a_person_ends_it_at_any_time() {
+fn a_person_can_stop_it_at_any_time() {
     for at_s in [0.0, 0.5, 7.0, 9.0] {
-        let (halt, said) = halted(Spoiled {
+        let (halt, said) = halted(Disturbance {
             watch: Box::new(move |now_s, _| now_s < at_s),
-            ..Spoiled::default()
+            ..Disturbance::default()
         });
         assert_eq!(halt, Halt::Asked);
         assert!(said.contains("The force is zero"), "{said}");
@@ -111,15 +111,15 @@ fn a_person_ends_it_at_any_time() {
 }
 
 #[test]
-fn a_fault_and_silence_end_it() {
-    let (_, said) = halted(Spoiled {
+fn a_fault_or_silence_ends_it() {
+    let (_, said) = halted(Disturbance {
         change: Box::new(|device| device.findings.faults.raise(Fault::DeviceClock)),
-        ..Spoiled::default()
+        ..Disturbance::default()
     });
     assert!(said.contains("(device_clock), allowed is none"), "{said}");
-    let (halt, said) = halted(Spoiled {
+    let (halt, said) = halted(Disturbance {
         change: Box::new(|device| device.polls_left = 700),
-        ..Spoiled::default()
+        ..Disturbance::default()
     });
     assert!(matches!(halt, Halt::Silent { .. }), "{halt}");
     assert!(said.contains("ms, allowed are 300 ms"), "{said}");
@@ -127,12 +127,12 @@ fn a_fault_and_silence_end_it() {
 
 #[test]
 fn a_handle_outside_the_middle_is_refused_without_force() {
-    let (halt, said) = halted(Spoiled {
-        of: PlayedBody {
+    let (halt, said) = halted(Disturbance {
+        of: SimulatedBody {
             start_m: Vec3::new(0.0, 0.07, 0.0),
-            ..PlayedBody::free(TOUCH)
+            ..SimulatedBody::free(TOUCH)
         },
-        ..Spoiled::default()
+        ..Disturbance::default()
     });
     assert!(matches!(halt, Halt::Outside { .. }), "{halt}");
     assert!(
@@ -143,21 +143,21 @@ fn a_handle_outside_the_middle_is_refused_without_force() {
 
 #[test]
 fn a_weight_beyond_the_force_ends_it() {
-    let (halt, said) = halted(Spoiled {
-        of: PlayedBody {
+    let (halt, said) = halted(Disturbance {
+        of: SimulatedBody {
             load_n: Vec3::new(0.0, -1.5, 0.0),
-            ..PlayedBody::free(TOUCH)
+            ..SimulatedBody::free(TOUCH)
         },
-        ..Spoiled::default()
+        ..Disturbance::default()
     });
     assert!(
         matches!(halt, Halt::Away { .. } | Halt::Fast { .. }),
         "{halt}"
     );
     assert!(said.contains("allowed are"), "{said}");
-    let free = PlayedBody::free(TOUCH);
-    let (halt, said) = halted(Spoiled {
-        of: PlayedBody {
+    let free = SimulatedBody::free(TOUCH);
+    let (halt, said) = halted(Disturbance {
+        of: SimulatedBody {
             start_m: Vec3::new(0.025, 0.0, 0.0),
             body: Body {
                 friction_n: 1.2,
@@ -165,7 +165,7 @@ fn a_weight_beyond_the_force_ends_it() {
             },
             ..free
         },
-        ..Spoiled::default()
+        ..Disturbance::default()
     });
     assert!(matches!(halt, Halt::Unheld { .. }), "{halt}");
     assert!(
@@ -177,12 +177,12 @@ fn a_weight_beyond_the_force_ends_it() {
 #[test]
 fn a_force_that_the_device_may_not_give_is_refused() {
     for force_n in [0.9, 0.01, f64::NAN, -1.0] {
-        let (halt, said) = halted(Spoiled {
+        let (halt, said) = halted(Disturbance {
             options: Options {
                 force_n: Some(force_n),
                 ..X
             },
-            ..Spoiled::default()
+            ..Disturbance::default()
         });
         assert!(matches!(halt, Halt::Force { .. }), "{halt}");
         assert!(said.contains("allowed is 0.05 to 0.88 N"), "{said}");

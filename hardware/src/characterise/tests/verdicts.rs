@@ -39,7 +39,7 @@ fn found(viscous: f64, friction_n: f64, break_away_n: f64, delay_s: f64) -> Char
 }
 
 #[test]
-fn differences_are_told_with_their_consequence() {
+fn differences_are_reported_with_their_consequence() {
     let agrees = found(0.2, 0.26, 0.26, 0.0001);
     let said = agrees.verdicts().join("\n");
     assert_eq!(said.matches("they agree").count(), 2, "{said}");
@@ -73,7 +73,7 @@ fn differences_are_told_with_their_consequence() {
 }
 
 #[test]
-fn a_declared_stiffness_is_held_against_the_wall() {
+fn a_declared_stiffness_is_compared_with_that_of_the_wall() {
     let mut found = found(0.2, 0.26, 0.26, 0.002);
     for (still, buzzes, expected, line) in [
         (Some(600.0), Some(650.0), "declare less", true),
@@ -99,7 +99,7 @@ fn a_declared_stiffness_is_held_against_the_wall() {
 }
 
 #[test]
-fn lines_for_the_station_file_are_read_by_it() {
+fn the_printed_lines_are_valid_in_a_station_file() {
     let mut found = found(0.2, 0.26, 0.26, 0.002);
     if let Some(Ok(axis)) = &mut found.axes[0] {
         axis.delay_s.error = 0.0005;

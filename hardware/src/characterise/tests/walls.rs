@@ -5,8 +5,8 @@ use rt_core::math::Vec3;
 
 use super::super::buzz::SWING_M;
 use super::super::{Halt, Place, Wall, wall};
-use super::simulated::{Between, HandLaw, simulated};
-use crate::emulate::{Body, Grip, HapticModel, PlayedBody, Touch, pressing_m};
+use super::simulated::{FaultyDriver, HandLaw, simulated};
+use crate::emulate::{Body, Grip, HapticModel, SimulatedBody, Touch, pressing_m};
 
 /// Two fingers that hardly hold the handle, as in `evaluate haptics`.
 const RELAXED: Grip = Grip {
@@ -21,12 +21,12 @@ fn presses() -> HandLaw {
     Box::new(pressing_m)
 }
 
-fn held(body: Body) -> PlayedBody {
-    PlayedBody {
+fn held(body: Body) -> SimulatedBody {
+    SimulatedBody {
         body,
         grip: RELAXED,
         start_m: Vec3::new(0.0, 0.008, 0.0),
-        ..PlayedBody::free(HapticModel::TouchRig)
+        ..SimulatedBody::free(HapticModel::TouchRig)
     }
 }
 
@@ -52,7 +52,7 @@ fn swing_m(body: Body, stiffness_n_m: f32) -> f32 {
 
 fn pressed(body: Body, hand: HandLaw) -> Result<(Wall, Vec<String>), Halt> {
     let (device, mut clock) = simulated(HapticModel::TouchRig, held(body), hand);
-    let mut device = Between::new(device, LATE_MS);
+    let mut device = FaultyDriver::new(device, LATE_MS);
     let sent = device.sent.clone();
     let mut told = Vec::new();
     let walls = wall(
@@ -70,7 +70,7 @@ fn pressed(body: Body, hand: HandLaw) -> Result<(Wall, Vec<String>), Halt> {
 }
 
 #[test]
-fn the_stiffest_still_wall_is_that_of_a_plain_simulation() {
+fn the_stiffest_stable_wall_is_that_of_a_simple_simulation() {
     for friction_n in [0.05, 0.1] {
         let body = Body {
             friction_n,
@@ -98,7 +98,7 @@ fn the_stiffest_still_wall_is_that_of_a_plain_simulation() {
 }
 
 #[test]
-fn a_wall_that_nobody_presses_is_given_up() {
+fn a_wall_that_nobody_presses_gets_no_result() {
     let (walls, told) = pressed(Body::TOUCH, Box::new(|_| Vec3::y() * 0.008)).unwrap();
     assert!(walls.was_left && walls.trials.is_empty());
     assert!(

@@ -92,7 +92,7 @@ fn every_message_is_packed_as_the_reference_library_packs_it() {
 }
 
 #[test]
-fn a_rotation_goes_column_by_column() {
+fn a_rotation_is_packed_column_by_column() {
     let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.5);
     let content = Message::transform("x", &(pose() * turn), 0)
         .unwrap()

@@ -6,10 +6,10 @@ use std::time::Duration;
 use super::Server;
 use crate::igtlink::client::{Client, Form};
 use crate::igtlink::message::{Code, Message};
-use crate::igtlink::request::{Heard, Request, StartTracking};
+use crate::igtlink::request::{Incoming, Request, StartTracking};
 use crate::igtlink::wire::Version;
 
-/// Types that are sent, and requests that are answered.
+/// Types that the server sends, and requests that it answers.
 const CAPABILITIES: [&str; 22] = [
     "TRANSFORM",
     "TDATA",
@@ -34,12 +34,12 @@ const CAPABILITIES: [&str; 22] = [
     "STT_QTDATA",
     "STP_QTDATA",
 ];
-/// Name that the examples of the reference library give themselves where the protocol has the name
-/// of the device that is asked for.
-const NOBODY: &str = "Client";
-/// Frames that a client may ask for by name. Other names are the client's own.
+/// Name that the examples of the reference library send instead of the requested device's name. It
+/// is the name of the example itself.
+const EXAMPLE_NAME: &str = "Client";
+/// Frames that a client may request by name. Other names have a meaning only for the client.
 const FRAMES: [&str; 4] = ["RAS", "LPS", "LSA", "SCENE"];
-/// Longest time between two tracking data that a client may ask for, ms.
+/// Longest time between two messages of tracking data that a client may request, ms.
 const RESOLUTION_MAX_MS: i32 = 60_000;
 
 impl Server {
@@ -49,18 +49,18 @@ impl Server {
     ///
     /// The socket's error: the client is gone.
     pub(super) fn answer(&mut self, client: &mut Client, unix_ns: u64) -> io::Result<()> {
-        for heard in client.hear()? {
+        for heard in client.receive()? {
             let (version, answers) = match heard {
-                Heard::Request(request) => {
-                    client.speak(request.version);
+                Incoming::Request(request) => {
+                    client.use_version(request.version);
                     (request.version, self.answers(client, &request, unix_ns))
                 }
-                Heard::Damaged { kind } => {
+                Incoming::Damaged { kind } => {
                     let words = format!("the checksum or the extended header of {kind} is wrong");
                     let told = self.status(Code::Checksum, "damaged", &words, unix_ns);
                     (Version::One, vec![told])
                 }
-                Heard::Noise => {
+                Incoming::Noise => {
                     let words = "this is no OpenIGTLink header of version 1, 2 or 3; \
                                  nothing more is read on this connection";
                     let told = self.status(Code::UnknownVersion, "noise", words, unix_ns);
@@ -76,13 +76,13 @@ impl Server {
 
     fn answers(&self, client: &mut Client, request: &Request, unix_ns: u64) -> Vec<Message> {
         let name = match request.name.as_str() {
-            NOBODY => "",
+            EXAMPLE_NAME => "",
             name => name,
         };
         let kind = request.kind.as_str();
         let is_about_data = !["GET_STATUS", "GET_CAPABIL"].contains(&kind);
         if kind.starts_with("GET_") && is_about_data {
-            client.ask();
+            client.note_request();
         }
         match kind {
             "GET_STATUS" => self.newest_of("STATUS", "", unix_ns),
@@ -190,7 +190,7 @@ const fn reply(form: Form) -> &'static str {
     }
 }
 
-/// True for the protocol's requests: an answer is waited for.
+/// True for a request, to which the protocol expects an answer.
 fn is_request(kind: &str) -> bool {
     ["GET_", "STT_", "STP_", "COMMAND"]
         .iter()

@@ -93,7 +93,7 @@ fn has_bytes(client: &TcpStream) -> bool {
     has
 }
 
-/// Waits until the clients are sent what they did not ask for, and reads it.
+/// Waits until the clients get messages without a request, and reads these messages.
 fn listen(server: &mut Server, clients: &mut [&mut TcpStream]) {
     until(server, &[tool()], |_| {
         clients.iter().all(|it| has_bytes(it))
@@ -162,7 +162,7 @@ fn a_client_that_does_not_read_misses_whole_messages_only() {
 }
 
 #[test]
-fn one_client_too_many_is_told_so_and_turned_away() {
+fn one_client_too_many_gets_a_status_and_is_disconnected() {
     let mut server = server();
     let mut clients: Vec<TcpStream> = (0..9).map(|_| connected(&server)).collect();
     until(&mut server, &[], |server| server.turned_away() == 1);
@@ -173,7 +173,7 @@ fn one_client_too_many_is_told_so_and_turned_away() {
 }
 
 #[test]
-fn a_client_that_closes_its_sending_side_goes_on_reading() {
+fn a_client_that_closes_its_sending_side_still_gets_messages() {
     let mut server = server();
     let mut client = connected(&server);
     until(&mut server, &[], |server| server.client_count() == 1);
@@ -188,7 +188,7 @@ fn a_client_that_closes_its_sending_side_goes_on_reading() {
 }
 
 #[test]
-fn questions_are_answered() {
+fn requests_are_answered() {
     let mut server = server();
     let mut client = connected(&server);
     listen(&mut server, &mut [&mut client]);
@@ -225,7 +225,7 @@ fn questions_are_answered() {
 }
 
 #[test]
-fn tracking_data_go_to_those_who_ask_until_they_stop() {
+fn tracking_data_go_to_clients_that_ask_until_they_stop_them() {
     let mut server = server();
     let mut client = connected(&server);
     let mut beside = connected(&server);
@@ -288,13 +288,13 @@ fn answers_come_in_the_version_of_the_request() {
     client.set_nonblocking(false).unwrap();
     let (answered_in, kind, _, _) = read(&mut client);
     assert_eq!((answered_in, kind.as_str()), (version, "STATUS"));
-    // What nobody asked for comes in that version, too.
+    // A message without a request also has that version.
     server.send(&[tool()]);
     assert_eq!(read(&mut client).0, Version::Two { message_id: 0 });
 }
 
 #[test]
-fn noise_and_damage_are_answered_once_and_data_go_on() {
+fn noise_and_damage_are_answered_once_and_data_continue() {
     let mut server = server();
     let mut client = connected(&server);
     listen(&mut server, &mut [&mut client]);
@@ -320,7 +320,7 @@ fn noise_and_damage_are_answered_once_and_data_go_on() {
 }
 
 #[test]
-fn who_connects_later_is_greeted_with_the_newest_announcements() {
+fn a_later_client_first_gets_the_newest_announcements() {
     let mut server = server();
     server.announce(&Message::string("Instrument", "grasper", 0));
     server.announce(&Message::string("Instrument", "scissors", 0));
@@ -333,7 +333,7 @@ fn who_connects_later_is_greeted_with_the_newest_announcements() {
 }
 
 #[test]
-fn a_client_that_begins_with_a_question_gets_answers_only() {
+fn a_client_that_begins_with_a_request_gets_answers_only() {
     let mut server = server();
     server.announce(&Message::status("Calot", Code::Ok, "running", "runs", 0));
     let surface = Message::polydata("liver", &[[0.0; 3]; 3], &[[0, 1, 2]], 0);
@@ -350,14 +350,14 @@ fn a_client_that_begins_with_a_question_gets_answers_only() {
     // for the next message.
     let (kind, content) = ask(&mut server, &mut client, "GET_IMGMETA", "Client", b"");
     assert_eq!((kind.as_str(), status(&content).0), ("STATUS", 12));
-    // It asks no more, and is sent everything after a while.
+    // It sends no more requests, and after a while it gets all messages.
     until(&mut server, &[tool()], |_| has_bytes(&client));
     assert_eq!(read(&mut client).1, "STATUS");
     assert_eq!(read(&mut client).1, "TRANSFORM");
 }
 
 #[test]
-fn quaternions_go_to_those_who_ask() {
+fn quaternions_go_to_clients_that_ask() {
     let mut server = server();
     let mut client = connected(&server);
     listen(&mut server, &mut [&mut client]);

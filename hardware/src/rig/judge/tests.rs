@@ -75,7 +75,7 @@ fn moving(speed_m_s: f32) -> impl Fn(u32) -> (u32, f32, f32) {
 }
 
 #[test]
-fn a_steady_hand_is_admitted_whole() {
+fn all_samples_of_a_steady_hand_are_admitted() {
     let mut bench = Bench::new();
     bench.run(0..3000, moving(0.1));
     assert!(bench.seen.is_empty());
@@ -84,7 +84,7 @@ fn a_steady_hand_is_admitted_whole() {
 }
 
 #[test]
-fn a_stop_of_the_host_is_no_fault_and_no_speed_of_the_device() {
+fn a_stop_of_the_host_causes_no_fault_and_no_speed() {
     for (stop_ms, speed_m_s) in [(30, 0.113), (50, 0.0126), (500, 0.113), (5000, 0.0126)] {
         for measures in [false, true] {
             let mut bench = Bench::new();
@@ -109,7 +109,7 @@ fn a_stop_of_the_host_is_no_fault_and_no_speed_of_the_device() {
 }
 
 #[test]
-fn a_leap_of_one_sample_is_dropped_and_one_that_lasts_is_believed() {
+fn a_leap_of_one_sample_is_dropped_and_a_lasting_one_is_accepted() {
     let mut bench = Bench::new();
     bench.run(0..1000, |ms| {
         let leap = if ms == 500 { 0.05 } else { 0.0 };
@@ -136,7 +136,7 @@ fn a_frozen_position_is_found_and_a_resting_hand_is_not() {
 }
 
 #[test]
-fn clocks_that_run_back_stand_still_or_count_milliseconds_are_found() {
+fn clocks_that_run_backwards_stop_or_count_milliseconds_are_found() {
     let clocks: [fn(u32) -> u32; 3] = [|ms| 10_000_000 - ms * 1000, |_| 7, |ms| ms];
     for clock in clocks {
         let mut bench = Bench::new();
@@ -147,7 +147,7 @@ fn clocks_that_run_back_stand_still_or_count_milliseconds_are_found() {
 }
 
 #[test]
-fn a_device_that_starts_again_is_believed_after_a_moment() {
+fn a_device_that_restarts_is_accepted_after_a_moment() {
     let mut bench = Bench::new();
     bench.run(0..500, |ms| (1_000_000 + ms * 1000, 0.0, 0.0));
     bench.run(0..100, |ms| (ms * 1000, 0.0, 0.0));
@@ -155,7 +155,7 @@ fn a_device_that_starts_again_is_believed_after_a_moment() {
 }
 
 #[test]
-fn a_device_that_confirms_no_force_is_deaf_but_not_while_nobody_sends() {
+fn a_device_that_confirms_no_force_is_deaf_but_not_while_no_force_is_sent() {
     for sends in [true, false] {
         let mut bench = Bench::new();
         for ms in 0..600 {
@@ -169,7 +169,7 @@ fn a_device_that_confirms_no_force_is_deaf_but_not_while_nobody_sends() {
 }
 
 #[test]
-fn a_device_that_dies_takes_its_other_faults_along() {
+fn a_silent_device_has_no_other_fault() {
     let mut bench = Bench::new();
     bench.run(0..200, |_| (7, 0.01, 0.0));
     assert!(!bench.judge.findings().faults.is_empty());
@@ -181,7 +181,7 @@ fn a_device_that_dies_takes_its_other_faults_along() {
 }
 
 #[test]
-fn a_line_that_refuses_forces_is_deaf_until_it_takes_one() {
+fn a_device_whose_line_refuses_forces_is_deaf_until_the_line_takes_one() {
     let mut bench = Bench::new();
     bench.run(0..100, moving(0.0));
     for ms in 100..1100 {
@@ -217,7 +217,7 @@ fn a_deaf_device_stays_deaf_while_its_line_refuses() {
 }
 
 #[test]
-fn a_device_that_paused_while_its_clock_went_on_is_not_frozen() {
+fn a_device_that_paused_while_its_clock_ran_is_not_frozen() {
     let mut bench = Bench::new();
     // After every 50 samples the device's clock steps by 40 ms instead of 1 ms. The hand moves by
     // an encoder step of 0.055 mm in three samples.
@@ -235,14 +235,14 @@ fn a_device_that_paused_while_its_clock_went_on_is_not_frozen() {
 }
 
 #[test]
-fn a_frozen_position_is_found_though_the_device_denies_measuring() {
+fn a_frozen_position_is_found_without_a_measured_velocity() {
     let mut bench = Bench::new();
     (0..200).for_each(|ms| bench.poll(&[(ms * 1000, 0.01, 0.0126)], false));
     assert!(bench.judge.findings().faults.contains(Fault::FrozenDevice));
 }
 
 #[test]
-fn an_old_sample_that_begins_a_comparison_of_clocks_blames_nobody() {
+fn an_old_sample_at_the_start_of_a_clock_comparison_causes_no_fault() {
     let mut bench = Bench::new();
     bench.run(0..1000, moving(0.0));
     // The device's clock advances by 5 s between two samples, and the host's by 11 ms. The judge
@@ -253,7 +253,7 @@ fn an_old_sample_that_begins_a_comparison_of_clocks_blames_nobody() {
 }
 
 #[test]
-fn a_velocity_that_is_left_zero_does_not_hide_a_throw() {
+fn a_velocity_that_is_always_zero_does_not_hide_a_thrown_handle() {
     let mut bench = Bench::new();
     bench.run(0..100, |ms| (ms * 1000, ms as f32 * 0.00255, 0.0));
     assert!(
@@ -296,9 +296,9 @@ fn cost_of_judging_a_sample() {
 }
 
 #[test]
-fn noisy_positions_are_found_admitted_and_forgotten_once_they_are_calm() {
+fn noisy_positions_are_reported_and_admitted_until_they_are_calm() {
     let mut bench = Bench::new();
-    // 0.25 mm to one side, then to the other, under a hand that moves.
+    // Noise of ±0.25 mm, alternating, on the positions of a moving hand.
     let noisy = |ms: u32| {
         let (us, x_m, m_s) = moving(0.05)(ms);
         (

@@ -139,8 +139,8 @@ pub struct Capabilities {
 }
 
 impl Capabilities {
-    /// Parses a message of kind `CAPABILITIES`. Out of range are an unknown kind of device, and a
-    /// version 1 or 2 that does not fit the length.
+    /// Parses a message of kind `CAPABILITIES`. An unknown kind of device is out of range, and so
+    /// is a version 1 or 2 that does not fit the length.
     pub fn parse(message: &Message<'_>) -> Result<Self, WireError> {
         use capabilities as at;
         if message.kind() != Kind::Capabilities {
@@ -211,7 +211,7 @@ impl Capabilities {
         writer.frame()
     }
 
-    /// A Touch-class haptic device: the emulator's.
+    /// The emulated haptic device, of the class of a Touch.
     #[must_use]
     pub const fn touch_class() -> Self {
         Self {
@@ -280,7 +280,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn hello_is_its_documented_bytes_and_comes_back() {
+    fn hello_has_its_documented_bytes_and_is_read_as_sent() {
         let bytes = payload(&Hello { version: 1 }.frame(7));
         assert_eq!(bytes, *b"\x01\x07\x00CALOT\x01");
         let message = Message::new(&bytes).unwrap();
@@ -289,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn a_greeting_without_the_magic_is_no_greeting() {
+    fn a_hello_without_the_magic_is_refused() {
         let bytes = *b"\x01\x07\x00calot\x01";
         assert_eq!(
             Hello::parse(&Message::new(&bytes).unwrap()),
@@ -310,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn capabilities_come_back() {
+    fn capabilities_are_read_as_sent() {
         for sent in [
             Capabilities::touch_class(),
             Capabilities::touch_class_with_opening(),

@@ -86,8 +86,9 @@ impl State {
     /// Largest component of a velocity; no hand is faster.
     pub const SPEED_LIMIT_M_S: f32 = 20.0;
 
-    /// Parses a message of kind `STATE` and normalises the rotation. Out of range are a position, a
-    /// velocity beyond these limits, and a rotation whose squared length is not within 10 % of 1.
+    /// Parses a message of kind `STATE` and normalises the rotation. A position or velocity beyond
+    /// these limits is out of range, and so is a rotation whose squared length differs from 1 by
+    /// more than 10 %.
     pub fn parse(message: &Message<'_>) -> Result<Self, WireError> {
         use state as at;
         if message.kind() != Kind::State {
@@ -220,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn state_is_its_documented_bytes() {
+    fn state_has_its_documented_bytes() {
         let mut expected = vec![0x82, 0x09, 0x00, 0x01, 0x01, 0x03, 0x02, 7, 6, 5, 4];
         for tenth_um in [100_000i32, -200_000, 300_000] {
             expected.extend_from_slice(&tenth_um.to_le_bytes());
@@ -233,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn an_opening_follows_the_rest() {
+    fn the_opening_is_the_last_field() {
         let state = State {
             opening: Some(0.4),
             ..sample()
@@ -252,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rotation_of_no_length_is_refused() {
+    fn a_rotation_of_length_zero_is_refused() {
         let frame = State {
             rotation_xyzw: [0.0; 4],
             ..sample()
@@ -266,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn force_is_its_documented_bytes() {
+    fn force_has_its_documented_bytes() {
         let force = Force {
             force_n: [1.0, -2.0, 3.3],
             torque_nm: [0.01, 0.0, 0.0],
@@ -279,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn a_force_that_is_not_a_number_leaves_as_zero() {
+    fn a_force_that_is_not_a_number_is_sent_as_zero() {
         let force = Force {
             force_n: [f32::NAN; 3],
             torque_nm: [f32::NAN; 3],
@@ -290,7 +291,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn forces_come_back_within_half_a_step(force_n in prop::array::uniform3(-32.7..32.7f32)) {
+        fn forces_are_read_as_sent_within_half_a_step(force_n in prop::array::uniform3(-32.7..32.7f32)) {
             let bytes = payload(&Force { force_n, ..Force::default() }.frame(0));
             let read = Force::parse(&Message::new(&bytes).unwrap()).unwrap();
             for (read, sent) in read.force_n.iter().zip(force_n) {
@@ -299,7 +300,7 @@ mod tests {
         }
 
         #[test]
-        fn states_come_back_within_half_a_step(
+        fn states_are_read_as_sent_within_half_a_step(
             position_m in prop::array::uniform3(-0.5..0.5f32),
             axis in prop::array::uniform4(-1.0..1.0f32),
         ) {

@@ -284,7 +284,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn a_stop_is_its_header() {
+    fn a_stop_is_only_a_header() {
         assert_eq!(payload(&stop_frame(0x1234)), [0x03, 0x34, 0x12]);
     }
 
@@ -305,7 +305,7 @@ mod tests {
     proptest! {
         /// Every value that passes the checks is finite and within the documented range.
         #[test]
-        fn arbitrary_payloads_parse_to_sane_values_or_to_errors(
+        fn arbitrary_payloads_parse_to_values_in_range_or_to_errors(
             kind in prop::sample::select(vec![1u8, 2, 3, 0x81, 0x82, 0x83]),
             body in prop::collection::vec(any::<u8>(), MAX_PAYLOAD),
             opens in any::<bool>(),

@@ -56,7 +56,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_combination_comes_back() {
+    fn every_combination_is_read_as_sent() {
         for bits in 0..8u8 {
             let sent = Switches {
                 cut: bits & 1 != 0,
@@ -70,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn bits_of_no_meaning_are_refused() {
+    fn undefined_bits_are_refused() {
         let message = [0x83, 0, 0, 8];
         assert_eq!(
             Switches::parse(&Message::new(&message).unwrap()),

@@ -1,4 +1,4 @@
-//! The sections that say where things are: `[frames]`, `[ports]` and `[[landmarks]]`.
+//! The sections with positions and frames: `[frames]`, `[ports]` and `[[landmarks]]`.
 
 use nalgebra::{Quaternion, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
@@ -41,7 +41,7 @@ pub(super) struct RawLandmark {
 }
 
 impl File<'_> {
-    /// Checks that no coordinate of a position exceeds `ROOM_M`.
+    /// Position of the entry `name`, if no coordinate exceeds `ROOM_M`.
     pub(super) fn place(&self, name: &str, raw: &Spanned<[f32; 3]>) -> Result<Vec3, HardwareError> {
         let position = Vec3::from(*raw.get_ref());
         if position

@@ -105,7 +105,7 @@ fn a_force_dimension_device_needs_neither_path_nor_number() {
 }
 
 #[test]
-fn buttons_of_the_handle_may_be_a_pedal_s() {
+fn buttons_of_the_handle_may_replace_a_pedal() {
     let roles = |text: &str| read(text).map(|station| station.handle_buttons.bits());
     assert_eq!(roles(""), Ok([0; 3]));
     assert_eq!(
@@ -129,7 +129,7 @@ fn buttons_of_the_handle_may_be_a_pedal_s() {
 }
 
 #[test]
-fn a_second_pedal_stands_beside_a_first_one() {
+fn a_station_may_have_a_second_pedal() {
     let second = "[second_pedal]\ndriver = \"modem\"\npath = \"/dev/ttyS0\"\n";
     let station = read(&format!("{WHOLE}\n{second}")).unwrap();
     let pedal = station.pedal.unwrap().second.unwrap();
@@ -246,12 +246,12 @@ fn every_mistake_is_named_with_its_line() {
 
 proptest! {
     #[test]
-    fn arbitrary_text_is_no_crash(text in ".{0,200}") {
+    fn arbitrary_text_is_harmless(text in ".{0,200}") {
         let _ = read(&text);
     }
 
     #[test]
-    fn a_file_with_a_line_cut_out_is_read_or_refused_with_a_line(cut in 0usize..WHOLE.lines().count()) {
+    fn a_file_without_one_of_its_lines_is_read_or_refused_with_a_line_number(cut in 0usize..WHOLE.lines().count()) {
         let text: Vec<&str> =
             WHOLE.lines().enumerate().filter(|(at, _)| *at != cut).map(|(_, l)| l).collect();
         if let Err(error) = read(&text.join("\n")) {

@@ -129,17 +129,17 @@ fn alike(language: Language) {
 }
 
 #[test]
-fn the_device_in_c_does_as_the_device_in_rust() {
+fn the_device_in_c_behaves_like_the_device_in_rust() {
     alike(Language::C);
 }
 
 #[test]
-fn the_device_in_cpp_does_as_the_device_in_rust() {
+fn the_device_in_cpp_behaves_like_the_device_in_rust() {
     alike(Language::Cpp);
 }
 
 #[test]
-fn any_description_is_sent_alike() {
+fn every_description_is_sent_identically() {
     let firmware = Firmware::new(Language::C);
     let figure = || prop_oneof![0.0..100.0f32, part()];
     let figures = prop::collection::vec(figure(), 8);

@@ -30,7 +30,7 @@ fn a_haptic_device_in_c_passes() {
 }
 
 #[test]
-fn a_handle_that_nobody_moves_leaves_its_velocity_open() {
+fn the_velocity_of_a_resting_handle_is_not_judged() {
     let program = Program::new();
     let rig = program.start(&["--still"]);
     let start = Instant::now();

@@ -1,4 +1,4 @@
-/* calot_rig.h as a shared library, so that a test can hold it against the device in Rust. It is
+/* calot_rig.h as a shared library, so that a test can compare it with the device in Rust. It is
  * compiled as C and as C++. */
 #include "calot_rig.h"
 

@@ -120,8 +120,8 @@ impl Twin<'_> {
     }
 
     pub(super) fn state(&mut self, motion: &Motion, now_us: u32) -> Vec<u8> {
-        type Said = extern "C" fn(Memory, *const f32, u8, u32, *mut u8) -> usize;
-        let state = self.call::<Said>(b"twin_state");
+        type StateBytes = extern "C" fn(Memory, *const f32, u8, u32, *mut u8) -> usize;
+        let state = self.call::<StateBytes>(b"twin_state");
         let mut parts = Vec::from(motion.position_m);
         parts.extend(motion.velocity_m_s);
         parts.extend(motion.rotation_xyzw);

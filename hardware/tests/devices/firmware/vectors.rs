@@ -111,11 +111,11 @@ fn device_says_the_printed_bytes(language: Language) {
 }
 
 #[test]
-fn device_in_c_says_the_printed_bytes() {
+fn the_device_in_c_sends_the_documented_bytes() {
     device_says_the_printed_bytes(Language::C);
 }
 
 #[test]
-fn device_in_cpp_says_the_printed_bytes() {
+fn the_device_in_cpp_sends_the_documented_bytes() {
     device_says_the_printed_bytes(Language::Cpp);
 }

@@ -150,6 +150,20 @@ impl Clips {
         }
     }
 
+    /// Takes the newest clip off every tube that it closes. `slipped` receives each tube's organ,
+    /// the clip's place, world frame, m, and its number. Nothing happens without a clip.
+    pub(crate) fn slip(&mut self, bodies: &mut Bodies, mut slipped: impl FnMut(u8, Vec3, u32)) {
+        let Some(number) = self.clips.iter().map(|clip| clip.number).max() else {
+            return;
+        };
+        for clip in self.clips.iter().filter(|clip| clip.number == number) {
+            widen(clip, bodies);
+            let [sphere, _] = clip.spheres;
+            slipped(*bodies.organ.at(sphere), clip.at_m(bodies), number);
+        }
+        self.clips.retain(|clip| clip.number != number);
+    }
+
     /// Share of a link's lumen that clips leave open.
     pub(crate) fn open_share(&self, link: u32) -> f32 {
         let on_link = self.clips.iter().filter(|clip| clip.link == link);
@@ -203,9 +217,23 @@ pub(crate) fn clip_blocks(places: &[(u32, Vec3)], link: Option<u32>, at_m: &Vec3
 }
 
 fn squeeze(clip: &Clip, bodies: &mut Bodies) {
+    *squeezed(clip, bodies) *= thinned(clip);
+}
+
+/// Gives a tube the thickness back that this clip took.
+fn widen(clip: &Clip, bodies: &mut Bodies) {
+    *squeezed(clip, bodies) /= thinned(clip);
+}
+
+/// Radius of the sphere that a clip squeezes, m.
+fn squeezed<'a>(clip: &Clip, bodies: &'a mut Bodies) -> &'a mut f32 {
     let [a, b] = clip.spheres;
-    let radius_m = bodies.radius_m.at_mut(if clip.share > 0.5 { b } else { a });
-    *radius_m *= 1.0 - (1.0 - CLOSED_THICKNESS_SHARE) * clip.closed;
+    bodies.radius_m.at_mut(if clip.share > 0.5 { b } else { a })
+}
+
+/// Thickness of a tube under a clip, relative to the open tube.
+fn thinned(clip: &Clip) -> f32 {
+    1.0 - (1.0 - CLOSED_THICKNESS_SHARE) * clip.closed
 }
 
 /// Ends of a segment of a tube, world frame, m, and the radius of the tube there, m.

@@ -18,6 +18,31 @@ pub enum Command {
     EnableForce(bool),
     /// Changes the instrument on the shaft.
     Instrument(Instrument),
+    /// An instructor makes something go wrong. If nothing can, as without a clip that could slip,
+    /// nothing happens.
+    Complication(Complication),
+}
+
+/// Something that an instructor makes go wrong.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Complication {
+    /// The artery that leaves the gallbladder bleeds from a hole in its wall.
+    Bleeding = 0,
+    /// The newest clip on a tube slips off.
+    SlippedClip = 1,
+}
+
+impl Complication {
+    /// The complication with this number.
+    #[must_use]
+    pub const fn from_number(number: u32) -> Option<Self> {
+        Some(match number {
+            0 => Self::Bleeding,
+            1 => Self::SlippedClip,
+            _ => return None,
+        })
+    }
 }
 
 /// A task of the operation. The comment of each task gives the state in which it begins.

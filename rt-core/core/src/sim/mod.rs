@@ -38,6 +38,7 @@
 
 mod buried;
 mod checkpoint;
+mod complicate;
 mod coupling;
 mod digest;
 mod exchange;
@@ -51,7 +52,7 @@ mod view;
 pub use crate::contact::dent::Dent;
 pub use checkpoint::Checkpoint;
 pub use digest::Digest;
-pub use exchange::{Command, Optional, Ports, Samples, Stage, Task};
+pub use exchange::{Command, Complication, Optional, Ports, Samples, Stage, Task};
 pub use view::{SphereView, TickView};
 
 use coupling::OuterConstraints;
@@ -252,6 +253,7 @@ impl<'a> Sim<'a> {
             Some(Command::Instrument(instrument)) => self.change_instrument(instrument),
             Some(Command::Reset) => self.reset(),
             Some(Command::Start(task)) => self.start(task),
+            Some(Command::Complication(complication)) => self.complicate(complication),
             None => {}
         }
     }

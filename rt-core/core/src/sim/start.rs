@@ -89,7 +89,7 @@ impl Sim<'_> {
 
     /// For a duct or vessel that is attached to the gallbladder: true if its first sphere is at the
     /// other end. `None` for other organs.
-    fn is_numbered_from_body(&self, organ: u8, organ_record: &Organ) -> Option<bool> {
+    pub(super) fn is_numbered_from_body(&self, organ: u8, organ_record: &Organ) -> Option<bool> {
         if !organ_record.is_tube() || !matches!(organ_record.inside, Inside::Blood | Inside::Bile) {
             return None;
         }
@@ -114,7 +114,7 @@ impl Sim<'_> {
 
     /// Segment at this share of the length of a tube whose spheres are numbered along it. The share
     /// counts from the first sphere if `is_from_first`, else from the last.
-    fn segment_at(
+    pub(super) fn segment_at(
         &self,
         organ: u8,
         organ_record: &Organ,

@@ -2,6 +2,7 @@
 
 mod cautery;
 mod clip;
+mod complication;
 mod cut;
 mod devices;
 mod endoscope;

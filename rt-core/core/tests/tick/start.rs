@@ -6,7 +6,7 @@ use rt_core::scene::{Anchor, Inside};
 use rt_core::sim::Task;
 
 /// An artery that comes from the left and is attached to a bag of bile at its right.
-fn anatomy() -> Anatomy {
+pub(super) fn anatomy() -> Anatomy {
     let (center_m, half_axes_m) = (Vec3::new(0.05, 0.0, 0.0), Vec3::new(0.018, 0.018, 0.018));
     let mut anatomy = artery().with_ellipsoid(center_m, half_axes_m, 60, 200);
     anatomy.organs[1].inside = Inside::Bile;
@@ -20,17 +20,23 @@ fn anatomy() -> Anatomy {
     anatomy
 }
 
+/// Runs the first ticks of a task.
+pub(super) fn begin_with(sim: &mut Sim<'_>, task: Task, ticks: u32) -> Bench {
+    let mut bench = Bench::new();
+    hold_tip(sim, &mut bench, &AWAY, 100, NONE);
+    bench.next_at(&AWAY, NONE).command = Some(Command::Start(task));
+    sim.tick(&mut bench);
+    hold_tip(sim, &mut bench, &AWAY, ticks, NONE);
+    bench
+}
+
 /// Runs the first second of a task. Returns the bench, and the first sphere of each link of the
 /// tube that is then longer than 4 mm (3 mm at rest).
 fn begin(task: Task) -> (Bench, Vec<usize>) {
     let anatomy = anatomy();
     let mut state = new_state();
     let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
-    let mut bench = Bench::new();
-    hold_tip(&mut sim, &mut bench, &AWAY, 100, NONE);
-    bench.next_at(&AWAY, NONE).command = Some(Command::Start(task));
-    sim.tick(&mut bench);
-    hold_tip(&mut sim, &mut bench, &AWAY, 1000, NONE);
+    let bench = begin_with(&mut sim, task, 1000);
     let tube = bench.centers_m[..21].windows(2).enumerate();
     let stretched = tube.filter(|(_, pair)| norm(&(pair[1] - pair[0])) > 0.004);
     let stretched = stretched.map(|(i, _)| i).collect();

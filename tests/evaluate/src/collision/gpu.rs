@@ -104,7 +104,7 @@ impl Card {
         })
     }
 
-    /// Makes buffers on the card for as many spheres.
+    /// Makes buffers on the card for this number of spheres.
     pub(crate) fn load(&self, spheres: &[(V3, f32)]) -> Loaded {
         let buffer = |label, size: u64, usage| {
             self.device.create_buffer(&wgpu::BufferDescriptor {

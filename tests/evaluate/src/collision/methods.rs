@@ -1,4 +1,4 @@
-//! The ways to find what the instruments touch. Each gives one answer a tick.
+//! The methods that find contacts of the instruments. Each reports one depth per tick.
 
 use nalgebra::Vector3;
 use parry3d::glamx;
@@ -170,7 +170,7 @@ impl Octree {
                     continue;
                 }
                 // A thin slanted part fills little of its box, so a second test uses the node's
-                // ball.
+                // bounding sphere.
                 let middle = (node.low + node.high) / 2.0;
                 let around = (node.high - node.low).norm() / 2.0;
                 if from_axis_m(&middle, part) > around + part.radius_m {
@@ -279,7 +279,7 @@ impl Hierarchy {
     }
 }
 
-/// The true contact. It is computed from the distance to the mesh, negative inside, at places 0.25
+/// The true contact. It is computed from the distance to the mesh (negative inside) at points 0.25
 /// mm apart on each part's axis.
 pub(crate) struct Exact<'a> {
     nearest: Nearest<'a>,
@@ -309,8 +309,8 @@ impl<'a> Exact<'a> {
             while i <= places {
                 let at: Vector3<f64> = (part.a_m + (part.b_m - part.a_m) * (i / places)).cast();
                 let signed = self.inside.at(&at);
-                // The field errs by less than a cell, so places within this distance are surely
-                // free.
+                // The field's error is less than a cell, so there is certainly no contact within
+                // this distance.
                 let skip_m = signed as f32 - 2.0 * self.inside.grid.cell_m as f32 - part.radius_m;
                 if skip_m > 0.0 {
                     i += (skip_m / STEP_M).max(1.0).floor();

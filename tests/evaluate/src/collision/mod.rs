@@ -1,4 +1,5 @@
-//! `evaluate collision`, the paper's experiment 2: six ways to find what the instruments touch.
+//! `evaluate collision`, the paper's experiment 2: compares six ways (methods) to find contacts of
+//! the instruments.
 
 mod gpu;
 mod methods;
@@ -61,7 +62,7 @@ impl Way {
     }
 }
 
-/// Figures of one way on one organ of one size.
+/// Results of one way on one organ at one size.
 #[derive(Debug, Clone)]
 pub(crate) struct Row {
     /// Name of the organ; "balls" for the sweep of the paper's kernel alone.
@@ -108,7 +109,7 @@ const ORGANS: [(&str, Form, usize); 4] = [
 ];
 /// Multiples of the paper's number of spheres. From one to the next, every face is cut into four.
 const SIZES: [usize; 2] = [1, 4];
-/// Number of timed updates of a structure, of which the median counts.
+/// Number of timed updates of a structure. Their median is reported.
 const FOLLOWED: usize = 21;
 /// Numbers of balls with which the paper's kernel is timed alone.
 const BALLS: [usize; 5] = [500, 2000, 8000, 32_000, 128_000];

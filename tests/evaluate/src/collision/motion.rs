@@ -1,4 +1,4 @@
-//! The two instruments, of three parts each, and their motion, which is the same for every way.
+//! Two instruments of three parts each, and their motion. All ways get the same motion.
 
 use nalgebra::Vector3;
 use rt_core::tool::{Capsule, Role};
@@ -13,13 +13,13 @@ const JAW_M: f64 = 0.018;
 const SHAFT_M: f64 = 0.15;
 /// Half the opening of the jaws, m.
 const OPEN_M: f64 = 0.004;
-/// Half the swing of the tips' height over the surface, m.
+/// Amplitude of the tips' height above the surface, m.
 const SWING_M: f64 = 0.007;
 /// Mean height of the tips over the surface, m.
 const MIDDLE_M: f64 = 0.003;
 
-/// The parts of both instruments in each of `ticks` ticks. Their tips go around the organ and in
-/// and out of its surface.
+/// The parts of both instruments in each of `ticks` ticks. Their tips move around the organ, in and
+/// out of its surface.
 pub(crate) fn motion(mesh: &Mesh, ticks: usize) -> Option<Vec<Vec<Capsule>>> {
     let nearest = Nearest::new(mesh)?;
     let [min, max] = mesh.bounds();

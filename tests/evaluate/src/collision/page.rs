@@ -77,7 +77,7 @@ near a tool, within its own time.</p><p>{}</p>{svg}{}<details><summary>All figur
     }
 }
 
-/// A sentence on the number of spheres from which the card is quicker.
+/// Sentence about the smallest number of spheres at which the card is faster than the CPU.
 fn pays(rows: &[Row]) -> String {
     let of = |way| {
         rows.iter()

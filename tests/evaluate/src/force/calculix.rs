@@ -1,6 +1,6 @@
-//! `evaluate calculix`: two presses by the finite-element program CalculiX and by the reference's
-//! elements, on the same mesh of the organ. CalculiX has its own contact and solver. Its
-//! neo-Hookean law differs from Calot's, so the reference's elements solve each press with both
+//! `evaluate calculix`: computes two presses with the finite-element program CalculiX and with the
+//! reference's elements, on the same mesh of the organ. CalculiX has its own contact and solver.
+//! Its neo-Hookean law differs from Calot's, so the reference's elements solve each press with both
 //! laws.
 //!
 //! The command needs the program `ccx` (Debian's package calculix-ccx).
@@ -25,7 +25,7 @@ const CASES: [&str; 2] = ["liver left lobe: tip 5 mm", "stomach front: tip 10 mm
 const DEPTHS_MM: [f64; 3] = [1.0, 2.0, 4.0];
 /// Size of the elements as a multiple of the finer reference's.
 const LARGER: f64 = 1.7;
-/// Parts into which each edge of an octahedron is divided to make the ball's facets.
+/// Number of parts of each edge of the octahedron that is refined to the ball's facets.
 const DIVISIONS: usize = 12;
 /// Contact pressure per penetration, in Young's moduli per millimetre.
 const PENALTY_MODULI_PER_MM: f64 = 10.0;
@@ -40,8 +40,8 @@ struct Row {
     calot_law_n: f64,
 }
 
-/// Runs the presses whose names contain `only`, and returns `force_calculix.csv`. The files of
-/// CalculiX lie in `out`/calculix.
+/// Runs the presses whose names contain `only`, and returns `force_calculix.csv`. CalculiX's files
+/// are written to `out`/calculix.
 ///
 /// # Errors
 /// The reason in words.
@@ -84,7 +84,7 @@ fn csv(rows: &[Row]) -> String {
     text
 }
 
-/// Runs CalculiX. Returns the force on the tool along its way at each depth that it reached, N.
+/// Runs CalculiX. Returns the force against the tool's motion at each reached depth, N.
 fn press(setup: &Setup, mesh: &Solid, folder: &Path, name: &str) -> Result<Vec<f64>, String> {
     let input = folder.join(format!("{name}.inp"));
     std::fs::write(&input, deck(setup, mesh)).map_err(|e| format!("{}: {e}", input.display()))?;
@@ -112,7 +112,7 @@ fn press(setup: &Setup, mesh: &Solid, folder: &Path, name: &str) -> Result<Vec<f
     Ok(felt)
 }
 
-/// Total forces on the held nodes at the end of each step, as CalculiX prints them, N.
+/// Reads CalculiX's output: the total force on the held nodes at the end of each step, N.
 fn forces(text: &str) -> Vec<Point> {
     let mut found = Vec::new();
     let mut lines = text.lines();
@@ -131,7 +131,7 @@ fn forces(text: &str) -> Vec<Point> {
     found
 }
 
-/// The press as an input of CalculiX.
+/// CalculiX's input for a press.
 fn deck(setup: &Setup, mesh: &Solid) -> String {
     let tissue = Tissue::LIVER;
     let (mu, lame) = (tissue.mu(), tissue.lame());
@@ -182,7 +182,7 @@ fn deck(setup: &Setup, mesh: &Solid) -> String {
     text
 }
 
-/// The element and its side, as CalculiX numbers sides, of each face that may be touched.
+/// Element and side of each face that the tool may touch, with CalculiX's numbers of the sides.
 fn sides(setup: &Setup, mesh: &Solid) -> Vec<(usize, usize)> {
     let sorted = |mut face: [u32; 3]| {
         face.sort_unstable();
@@ -204,7 +204,8 @@ fn sides(setup: &Setup, mesh: &Solid) -> Vec<(usize, usize)> {
         .collect()
 }
 
-/// The lower half of the tip's ball: a shell of wedges whose nodes are all led.
+/// The lower half of the tip's ball: a shell of wedges. The displacements of all its nodes are
+/// prescribed.
 fn ball(setup: &Setup, nodes: usize, elements: usize) -> String {
     let bar = setup.placed.bars[0];
     let (centre, radius_m) = (bar.ends_m[0], bar.radius_m);
@@ -215,7 +216,8 @@ fn ball(setup: &Setup, nodes: usize, elements: usize) -> String {
         .filter(|f| f.iter().any(|&i| points[i].dot(&down) > -0.1))
         .collect();
     let mut text = String::from("*NODE, NSET=GRIP\n");
-    // Facets with corners on a ball lie inside it. These lie half inside, half outside.
+    // Facets with corners on the ball would lie inside it. These corners are moved outwards, so
+    // that the facets lie half inside and half outside.
     let outside = 1.0 + 0.25 * (std::f64::consts::FRAC_PI_4 / DIVISIONS as f64).powi(2);
     for (layer, share) in [0.8, outside].into_iter().enumerate() {
         for (i, p) in points.iter().enumerate() {

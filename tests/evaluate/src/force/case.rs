@@ -14,7 +14,7 @@ type Point = Vector3<f64>;
 pub(crate) enum Subject {
     /// The smooth liver of `evaluate accuracy`.
     Liver,
-    /// Calot's built-in gallbladder, laid down: fundus at −x, neck at +x.
+    /// Calot's built-in gallbladder, rotated so that it lies along x: fundus at −x, neck at +x.
     Gallbladder,
     /// Calot's built-in stomach.
     Stomach,
@@ -48,7 +48,7 @@ impl Subject {
     }
 }
 
-/// The mesh of a form, turned, with its middle at the origin.
+/// Mesh of a form, rotated and with its middle at the origin.
 fn placed(form: Form, turn: &Rotation3<f64>) -> Mesh {
     let mut mesh = Shape::from(form).mesh();
     for p in &mut mesh.vertices {
@@ -72,7 +72,7 @@ pub(crate) struct Site {
     from: [f64; 3],
     /// Point inside the body, m. The tool meets the surface on its way to this point.
     at_m: [f64; 3],
-    /// An axis and a height along it below which tissue is held, m.
+    /// An axis and a coordinate on it, m. Tissue below this coordinate is held.
     pub(crate) held_below: (usize, f64),
     /// True if a constant of the contact law was once chosen at this site.
     pub(crate) seen: bool,
@@ -128,7 +128,7 @@ const RIM: Site = site(
     [0.055, 0.0, 0.004],
     (1, 0.0),
 );
-/// The left lobe's end, with nothing under it.
+/// The left lobe's end, which is not supported from below.
 const LOBE_END: Site = site(
     Subject::Liver,
     "free lobe",
@@ -153,27 +153,27 @@ const NECK: Site = Site {
         (2, -0.006),
     )
 };
-/// The stomach is held up to its middle. A plane 10 mm lower would have a few millimetres of the
-/// fundus below it. There finite elements would be held, but no spheres: their centres lie half a
-/// spacing under the skin.
+/// The stomach is held up to its middle. With a plane 10 mm lower, a few millimetres of the fundus
+/// would lie below it. Finite elements would be held there, but no spheres, because their centres
+/// lie half a spacing under the skin.
 const WALL: Site = site(Subject::Stomach, "front", TOP, [0.0, 0.0, 0.0], (2, 0.0));
 
 /// A rigid tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Shaped {
-    /// A round bar of this radius, mm, with a round end first.
+    /// The round end of a bar of this radius, mm.
     Tip(f64),
-    /// The instruments' shaft on its side.
+    /// The instruments' shaft, pressed sideways.
     Shaft,
     /// Closed jaws that lie flat.
     Jaws,
-    /// Open jaws with their two ends first.
+    /// The two ends of open jaws.
     OpenJaws,
     /// Two round ends of 5 mm radius, 25 mm apart.
     TwoTips,
 }
 
-/// A bar is tested at this many places along its axis, and at its end.
+/// Number of intervals into which a bar's axis is divided for tests.
 const PLACES: u32 = 160;
 /// Length of a bar outside the body, m.
 const LENGTH_M: f64 = 0.08;
@@ -207,8 +207,8 @@ impl Shaped {
     }
 }
 
-/// Distance of the port from the place where the tool first touches, along the tool's axis, m: a
-/// usual length of the shaft inside the body.
+/// Distance of the port from the first point of contact, along the tool's axis, m. It is a usual
+/// length of the shaft inside the body.
 pub(crate) const PORT_M: f64 = 0.150;
 
 /// A tool at a site.
@@ -250,14 +250,14 @@ impl Placed {
         Point::from(self.axes().map(|axis| axis.dot(&arm_m)))
     }
 
-    /// Lines near the surface on which the tool touches, `2 half_m` long in all. A contact at a
-    /// point is a line with equal ends.
+    /// Lines near the surface on which the tool touches; their total length is `2 half_m`. A
+    /// contact at a point is a line with equal ends.
     pub(crate) fn lines(&self, tool: Shaped, half_m: f64) -> Vec<[Point; 2]> {
         let at = |share: f64| self.at_m + self.line * (share * half_m);
         match tool {
             Shaped::Tip(_) => vec![[self.at_m; 2]],
             Shaped::TwoTips | Shaped::OpenJaws => vec![[at(1.0); 2], [at(-1.0); 2]],
-            // The surface is curved, so the line has a few pieces.
+            // The surface is curved, so the line is divided into pieces.
             Shaped::Shaft | Shaped::Jaws => (-3..3)
                 .map(|i| [f64::from(i) / 3.0, f64::from(i + 1) / 3.0].map(at))
                 .collect(),

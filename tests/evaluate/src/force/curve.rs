@@ -1,4 +1,4 @@
-//! A reference: force and torque on a tool over its depth.
+//! Reference solution: force and torque on a tool as functions of its depth.
 
 use super::wrench::{Wrench, force_rms_pct};
 
@@ -26,7 +26,7 @@ impl Curve {
         force_rms_pct(&self.coarse, &self.fine)
     }
 
-    /// True if the torque was solved with the force.
+    /// True if the curve has torques. Older references have forces only.
     pub(crate) fn has_torque(&self) -> bool {
         let is_known = |wrench: &Wrench| wrench.torque_nm.norm().is_finite();
         self.fine.first().is_some_and(is_known)

@@ -1,4 +1,5 @@
-//! References that were solved before: in a folder, one file each, and in the repository's table.
+//! References that were solved earlier. A folder has one file for each; the repository has a table
+//! of all.
 
 use std::path::{Path, PathBuf};
 
@@ -8,14 +9,14 @@ use super::case::Case;
 use super::curve::{Curve, DEPTHS_MM};
 use super::wrench::Wrench;
 
-/// Every curve that the repository keeps, in the form of [`csv`]. Solving them takes hours.
+/// All curves that the repository keeps, in the format of [`csv`]. Solving them takes hours.
 const RECORDED: &str = include_str!("../../../results/force_reference.csv");
 
 /// Header of the table.
 const COLUMNS: &str = "organ,site,tool,mesher,mesh,nodes,depth_mm,force_out_n,force_along_n,\
                        force_across_n,torque_out_nm,torque_along_nm,torque_across_nm";
 
-/// The curve that was found before, from `folder` or else from the repository.
+/// The curve that was solved earlier: from `folder` or, if it is not there, from the repository.
 pub(crate) fn found(case: &Case, folder: &Path, quick: bool) -> Option<Curve> {
     let text = std::fs::read_to_string(place(case, folder, quick));
     let kept = text.ok().and_then(|text| recorded(case, &text));
@@ -32,9 +33,9 @@ pub(crate) fn keep(case: &Case, curve: &Curve, folder: &Path, quick: bool) -> Re
     std::fs::write(&file, text).map_err(|e| format!("{}: {e}", file.display()))
 }
 
-/// The references as `force_reference.csv`, one line for each depth of each mesh. Torques are those
-/// about the port, in the axes of [`Wrench`]. What older references lack is empty; nodes are 0 if
-/// they were not kept.
+/// The references as `force_reference.csv`, one line for each depth of each mesh. Torques are about
+/// the port, in the axes of [`Wrench`]. Values that older references lack are empty; an unknown
+/// number of nodes is 0.
 pub(crate) fn csv<'a>(curves: impl Iterator<Item = (&'a Case, &'a Curve)>) -> String {
     let mut text = format!("{COLUMNS}\n");
     for (case, curve) in curves {

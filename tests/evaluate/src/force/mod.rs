@@ -1,4 +1,4 @@
-//! `evaluate force`: force and torque on a tool over its depth, against finite elements.
+//! `evaluate force`: compares force and torque on a tool, over its depth, with finite elements.
 
 mod calculix;
 mod case;
@@ -24,7 +24,8 @@ pub(crate) use rows::{csv, depth_csv, motion, steps_csv};
 pub(crate) use wrench::TOUCHES_N;
 
 /// Finds each case's reference in `folder` or in the repository, or solves it and keeps it in
-/// `folder`. Without `kept`, a found reference counts only if today's mesher made its meshes.
+/// `folder`. Without `kept`, a stored reference is used only if the current version of the mesher
+/// made its meshes.
 ///
 /// # Errors
 /// When the folder cannot be made, in words.
@@ -42,7 +43,7 @@ fn references(
     Ok(cases.iter().enumerate().map(find).collect())
 }
 
-/// Figures of one law at one case.
+/// Results of one law in one case.
 #[derive(Debug, Clone)]
 pub(crate) struct Row {
     /// The case.
@@ -88,8 +89,8 @@ impl Row {
 
 /// Just noticeable difference of force, %.
 pub(crate) const GOAL_PCT: f64 = 7.0;
-/// Nothing is concluded from a reference if the forces on its two meshes differ by more than this,
-/// %.
+/// A reference is not used for conclusions if the forces on its two meshes differ by more than
+/// this, %.
 pub(crate) const DOUBT_MAX_PCT: f64 = 3.5;
 
 /// The largest step of the force from one tick to the next, in one motion.
@@ -115,7 +116,7 @@ pub(crate) struct Measured {
     pub(crate) references: String,
 }
 
-/// Solves the references that neither `out` nor the repository keeps, of the cases whose names
+/// Solves the references that are neither in `out` nor in the repository, for the cases whose names
 /// contain `only`.
 ///
 /// # Errors
@@ -131,9 +132,9 @@ pub(crate) fn solve(out: &Path, meshes: Meshes, only: &str) -> Result<(), String
     Ok(())
 }
 
-/// Measures all cases whose names contain `only`. A reference of today's mesher is taken from `out`
-/// or from the repository; any other is solved. With `kept` none is solved: cases without a
-/// reference in either place are left out, and references of older meshers count too.
+/// Measures all cases whose names contain `only`. References of the current mesher are taken from
+/// `out` or from the repository; all others are solved. With `kept` none is solved: cases without a
+/// stored reference are left out, and references of older meshers are used too.
 ///
 /// # Errors
 /// The reason in words.
@@ -220,7 +221,7 @@ mod tests {
     use case::Placed;
     use scene_prepare::mesh::Mesh;
 
-    /// The case of this name, its surface and its tool.
+    /// The case with this name, its surface and its placed tool.
     fn known(name: &str) -> (Case, Mesh, Placed) {
         let of = |case: &Case| case.name() == name;
         let case = Case::all().into_iter().find(of).expect("in the list");

@@ -1,5 +1,5 @@
-//! Presses on Calot's tissue with Calot's contact law. Two plainer laws for comparison are
-//! implemented only here.
+//! Presses on Calot's tissue with Calot's contact law, and with two simpler laws for comparison.
+//! The simpler laws are implemented only here.
 
 use nalgebra::Vector3;
 use rt_core::study::{Correction, Tissue};
@@ -49,7 +49,8 @@ const SPEED_M_S: f64 = 0.010;
 const TICKS_PER_MM: usize = 100;
 /// Longest rest at a depth, ticks.
 const REST_TICKS: usize = 600;
-/// A rest ends when the mean force over 50 ticks differs by less than this from the mean before, N.
+/// A rest ends when the mean force over 50 ticks differs by less than this from the previous mean,
+/// N.
 const STILL_N: f64 = 2e-5;
 /// Stiffness of [`Law::Spheres`], N/m.
 const SPHERE_N_M: f32 = 500.0;
@@ -62,7 +63,7 @@ pub(crate) struct Rig {
 }
 
 impl Rig {
-    /// Packs a surface with this many spheres, held as the site says.
+    /// Packs a surface with this many spheres. Spheres below the site's plane are held.
     ///
     /// # Errors
     /// The reason in words.
@@ -140,8 +141,9 @@ impl Rig {
         Ok(wrenches)
     }
 
-    /// The largest step of the force from one tick to the next, N. Without a speed the motion is a
-    /// press of 5 mm at 10 mm/s, with a speed it is a slide of 40 mm across the site, 4 mm deep.
+    /// The largest step of the force from one tick to the next, N. Without `slide_m_s`, the motion
+    /// is a press to 5 mm at 10 mm/s. With it, the motion is a slide of 40 mm across the site, 4 mm
+    /// deep.
     ///
     /// # Errors
     /// The reason in words.
@@ -169,7 +171,7 @@ impl Rig {
         let Some(speed) = slide_m_s else {
             return Ok(largest);
         };
-        // The slide starts and stops smoothly: the place of the tool follows half a wave of a
+        // The slide starts and stops smoothly: the tool's position follows half a period of a
         // cosine.
         let ticks = (0.040 / speed / tick_s * std::f64::consts::FRAC_PI_2) as usize;
         for i in 0..=ticks {
@@ -188,7 +190,7 @@ impl Placed {
         let capsule = |bar: &fem_reference::Bar| {
             let [a, b] = bar.ends_m.map(|p| (p + shift).cast());
             Capsule {
-                // The end that touches is the second end of a tip's capsule.
+                // In a tip's capsule, the end that touches is the second one.
                 a_m: b,
                 b_m: a,
                 radius_m: bar.radius_m as f32,
@@ -259,8 +261,8 @@ impl Run<'_> {
     }
 }
 
-/// Depth of a ball in the part in which it lies deepest, m, and the unit vector out of that part;
-/// `None` if the ball is outside of all parts.
+/// Depth of a ball in the part that contains it most deeply, m, and the unit vector out of that
+/// part. `None` if the ball is outside all parts.
 fn depth(parts: &[Capsule], center_m: &V3, radius_m: f32) -> Option<(f32, V3)> {
     let one = |part: &Capsule| {
         let axis = part.b_m - part.a_m;

@@ -7,7 +7,7 @@ use super::{DEPTHS_MM, DOUBT_MAX_PCT, GOAL_PCT, Measured, Row, Step, motion};
 use crate::page::{Section, number, strings, table};
 use figures::panels::{self, Panel, Scale, Series};
 
-/// Force over depth, one panel for each case: the reference with the goal around it, and Calot's
+/// Force over depth, one panel for each case: the reference with the goal's range, and Calot's
 /// force.
 ///
 /// # Errors

@@ -20,36 +20,37 @@ type Point = Vector3<f64>;
 const DEEPEST_M: f64 = DEPTHS_MM[DEPTHS_MM.len() - 1] * 1e-3;
 
 /// Edge of the cubes in the contact as a share of the contact's radius, on the finer mesh. Elements
-/// are shorter than their cube: about a third of the radius. The coarser mesh has elements
-/// [`COARSER`] times as large everywhere.
+/// are shorter than their cube: their edges are about a third of the radius. The coarser mesh has
+/// elements [`COARSER`] times as large everywhere.
 const SHARE: f64 = 0.37;
 /// [`SHARE`] under a tool that touches along a line. The force hardly changes along the tool, and
-/// elements of a third of the radius would be too many to solve.
+/// with elements of a third of the radius the mesh would be too large to solve.
 const LINE_SHARE: f64 = 0.6;
 const COARSER: f64 = 1.5;
 /// Size of elements far from the tool, as a share of the organ's smallest extent.
 const LARGEST: f64 = 0.2;
-/// A curve ends where the solver needs load steps smaller than this share of the load at the next
-/// depth.
+/// A curve ends at the depth after which the solver needs load steps smaller than this share of the
+/// next depth's load.
 const SMALLEST_STEP: f64 = 1.0 / 16.0;
 /// Version of the mesher that makes the meshes now. Versions 1 to 3 made elements as large as the
 /// contact, which are too stiff at small depths.
 const MESHER: usize = 4;
-/// Version that marks references of [`Meshes::Large`], because their elements are as large.
+/// Version that marks references of [`Meshes::Large`], because version 3 had elements of that size.
 const LARGE_MESHER: usize = 3;
 
 /// Largest difference between the forces on two meshes of [`Meshes::Large`], %. The ends of open
-/// jaws slip between such elements, and differ by 100 %.
+/// jaws slip between such elements; there the forces differ by 100 %.
 const LARGE_DOUBT_MAX_PCT: f64 = 12.0;
 
 /// Meshes on which a reference is solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Meshes {
-    /// Elements of a third of the contact's radius, six tenths under a line. Minutes to hours.
+    /// Elements of a third of the contact's radius, larger under a line contact. Solving takes
+    /// minutes to hours.
     Fine,
-    /// Elements about as large as the contact. Minutes.
+    /// Elements about as large as the contact. Solving takes minutes.
     Large,
-    /// Elements so large that the figures are coarse. Seconds.
+    /// Elements so large that the results are coarse. Solving takes seconds.
     Quick,
 }
 
@@ -70,15 +71,14 @@ impl Meshes {
         }
     }
 
-    /// True if a reference that was found need not be solved again.
+    /// True if this stored reference need not be solved again.
     fn is_met_by(self, found: &Curve) -> bool {
         found.mesher == MESHER || self == Self::Large && found.has_torque()
     }
 }
 
-/// The curve of a case. It is taken from `folder` or from the repository if it was found before
-/// with today's mesher, or with any mesher if `any_mesher`. Otherwise it is solved and kept in
-/// `folder`.
+/// The curve of a case. It is read from `folder` or from the repository if the current mesher made
+/// its meshes, or any mesher if `any_mesher`. Otherwise it is solved and stored in `folder`.
 ///
 /// # Errors
 /// The reason in words.
@@ -194,13 +194,13 @@ impl Setup {
         self.placed.bars.iter().any(|bar| from_bar(bar) < reach)
     }
 
-    /// Number of nodes, and the wrench at each depth that was reached.
+    /// Number of nodes, and the wrench at each reached depth.
     fn solve(&self, larger: f64) -> Result<(usize, Vec<Wrench>), String> {
         self.solve_on(&self.mesh(larger)?, Law::Calot, &DEPTHS_MM)
     }
 
-    /// Solves on a mesh, with a law of the material. Returns the number of nodes, and the wrench at
-    /// each of these depths that was reached.
+    /// Solves on a mesh with this material law. Returns the number of nodes, and the wrench at each
+    /// of these depths that was reached.
     ///
     /// # Errors
     /// The reason in words.
@@ -258,7 +258,7 @@ impl Setup {
 pub(crate) enum Law {
     /// Calot's energy.
     Calot,
-    /// Energy that splits off the change of volume.
+    /// Energy that separates the change of volume from the change of shape.
     Isochoric,
 }
 

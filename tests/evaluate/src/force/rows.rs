@@ -35,8 +35,8 @@ pub(crate) fn csv(rows: &[Row]) -> String {
     text
 }
 
-/// The rows as `force_depth.csv`, one line for each depth: forces along the tool's way, and the
-/// torques about the port in the axes out, along and across.
+/// The rows as `force_depth.csv`, one line for each depth: the force out of the body (against the
+/// tool's motion), and the torques about the port in the axes out, along and across.
 pub(crate) fn depth_csv(rows: &[Row]) -> String {
     let mut text =
         "organ,site,tool,law,spheres,depth_mm,force_n,reference_n,coarser_reference_n".to_owned();

@@ -7,24 +7,24 @@ use super::case::{PORT_M, Placed};
 type Point = Vector3<f64>;
 
 /// Force on a tool, and torque about its port, in the axes of [`Placed`]: out of the body, along
-/// the surface, across both. Across the shaft, a hand feels this torque divided by the length
-/// outside the body.
+/// the surface, across both. The force that a hand feels across the shaft is this torque divided by
+/// the length outside the body.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Wrench {
     /// Force, N.
     pub(crate) force_n: Point,
-    /// Torque about the port, N m; not a number in references that were solved without it.
+    /// Torque about the port, N m; NaN in references that were solved without it.
     pub(crate) torque_nm: Point,
 }
 
-/// Least force at which a relative error means anything, N. Below it the tool hardly touches.
+/// Smallest force for which a relative error is meaningful, N. Below it the tool hardly touches.
 pub(crate) const TOUCHES_N: f64 = 0.005;
-/// Least torque at which a relative error means anything, N m: [`TOUCHES_N`] across at the port's
-/// distance.
+/// Smallest torque for which a relative error is meaningful, N m: that of a transverse force
+/// [`TOUCHES_N`] at the port's distance.
 const TURNS_NM: f64 = TOUCHES_N * PORT_M;
 
 impl Wrench {
-    /// A wrench that is given in the world's axes.
+    /// Makes a wrench from force and torque in the world's axes.
     pub(crate) fn new(placed: &Placed, force_n: &Point, torque_nm: &Point) -> Self {
         let axes = placed.axes();
         let turned = |v: &Point| Point::from(axes.map(|axis| axis.dot(v)));
@@ -34,13 +34,13 @@ impl Wrench {
         }
     }
 
-    /// Force along the tool's way, N.
+    /// Force out of the body, against the tool's motion, N.
     pub(crate) fn out_n(&self) -> f64 {
         self.force_n.x
     }
 
-    /// Shift of the force's line of action from the place where the tool first touches, across the
-    /// force, m. `port_m` is the port as seen from that place, in the same axes.
+    /// Vector from the first point of contact to the force's line of action, perpendicular to the
+    /// force, m. `port_m` is the port's position relative to that point, in the same axes.
     pub(crate) fn line_m(&self, port_m: &Point) -> Point {
         let about_site = self.torque_nm + port_m.cross(&self.force_n);
         self.force_n.cross(&about_site) / self.force_n.norm_squared()
@@ -54,7 +54,7 @@ fn rms_pct(errors: impl Iterator<Item = f64>) -> Option<f64> {
     (!squares.is_empty()).then(|| 100.0 * mean.sqrt())
 }
 
-/// Relative errors of the forces along the tool's way, for as many depths as both have, where the
+/// Relative errors of the forces out of the body, at the depths that both have and at which the
 /// tool touches.
 pub(crate) fn force_errors<'a>(
     felt: &'a [Wrench],
@@ -70,8 +70,8 @@ pub(crate) fn force_rms_pct(felt: &[Wrench], truth: &[Wrench]) -> f64 {
     rms_pct(force_errors(felt, truth)).unwrap_or(0.0)
 }
 
-/// Root mean square over the depths of the torque's difference, as a share of the torque, %; `None`
-/// if it is nowhere known or large enough.
+/// Root mean square over the depths of the torque's relative error, %; `None` if the true torque is
+/// nowhere known and large enough.
 pub(crate) fn torque_rms_pct(felt: &[Wrench], truth: &[Wrench]) -> Option<f64> {
     let pairs = felt.iter().zip(truth);
     let turning = pairs.filter(|(_, t)| t.torque_nm.norm() >= TURNS_NM);

@@ -1,4 +1,4 @@
-//! The course of a trial at a rate and with noise, through the assessment of sessions.
+//! Samples the course of a trial at a rate, adds noise, and assesses it as the course of a session.
 
 use assess::{Anatomy, Assessment, Difficulty, Metric, Rules, Task, Values};
 use session::{Entry, EntryContent, Movement};
@@ -6,23 +6,22 @@ use shared_mem::message::PoseMsg;
 
 use super::trial::Trial;
 
-/// Longest time between two rows over which a curve is drawn, s. Longer ones stay gaps, as in a
-/// session.
+/// Longest time between two rows that are interpolated, s. Longer times stay gaps, as in a session.
 const GAP_S: f64 = 0.25;
-/// Rate that tables give for the rows as they are, Hz.
+/// Nominal rate of the recorded rows in tables, Hz.
 const NATIVE_HZ: f64 = 10.0;
 
 /// Rate of samples, and noise that is added to them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Condition {
-    /// Rate of a curve through the rows, Hz; `None`: the rows themselves.
+    /// Rate at which the rows are interpolated, Hz; `None`: the rows themselves.
     resampled_hz: Option<f64>,
     /// Standard deviation per axis, mm.
     pub(super) noise_mm: f64,
 }
 
 impl Condition {
-    /// All conditions: rates by noise.
+    /// All conditions: each rate with each noise.
     pub(super) const ALL: [Self; 12] = {
         let rates = [None, Some(30.0), Some(100.0), Some(1000.0)];
         let noise = [0.0, 0.1, 0.3];
@@ -105,7 +104,7 @@ impl Measure {
         }
     }
 
-    /// The value, from the metrics of the trial and of the trial with the hands exchanged.
+    /// The value, computed from the metrics of the trial and of the trial with exchanged hands.
     fn of(self, [one, other]: &[Values; 2]) -> f64 {
         let hands = |metric: Metric| [one.get(metric), other.get(metric)];
         let sum = |metric: Metric| hands(metric).iter().sum::<f64>();
@@ -140,17 +139,18 @@ pub(super) fn measure(trial: &Trial, condition: Condition) -> Vec<f64> {
             *x += 1e-3 * condition.noise_mm * noise.next();
         }
     }
-    // A session has path, movements, smoothness and economy of one hand only, so the hands take
-    // turns.
+    // A session measures path, movements, smoothness and economy of one hand only, so the trial is
+    // assessed twice, with exchanged hands.
     let metrics = [[0, 1], [1, 0]].map(|order| assess(&course, order));
     let values = Measure::ALL.iter().map(|it| it.of(&metrics));
     values.collect()
 }
 
-/// Times, s, and places of both hands, m.
+/// Times, s, and positions of both hands, m.
 type Course = Vec<(f64, [[f64; 3]; 2])>;
 
-/// Metrics of free practice in which these hands hold instrument and endoscope.
+/// Metrics of free practice. `tip` is the hand with the instrument, `lens` the one with the
+/// endoscope.
 fn assess(course: &Course, [tip, lens]: [usize; 2]) -> Values {
     let nothing = Anatomy::new(&[], &[]);
     let (task, difficulty) = (Task::Free, Difficulty::Trainee);
@@ -184,8 +184,8 @@ fn assess(course: &Course, [tip, lens]: [usize; 2]) -> Values {
     assessment.end().metrics
 }
 
-/// Places on cubic curves through the rows (Hermite's, with the slope between each row's
-/// neighbours), at a rate.
+/// Positions at a rate, on cubic Hermite curves through the rows. The slope at a row is that
+/// between its neighbours.
 fn curve(trial: &Trial, hz: f64) -> Course {
     let times = &trial.times_s;
     let (Some(began_s), Some(ended_s)) = (times.first(), times.last()) else {
@@ -223,7 +223,7 @@ fn slope(times: &[f64], hand: &[[f64; 3]], index: usize) -> [f64; 3] {
     [0, 1, 2].map(|axis| (hand[after][axis] - hand[before][axis]) / seconds)
 }
 
-/// Cubic from a value and slope at 0 to those at 1.
+/// Cubic with these values and slopes at 0 and 1.
 fn hermite(from: (f64, f64), to: (f64, f64), at: f64) -> f64 {
     let rest = 1.0 - at;
     from.0 * rest * rest * (1.0 + 2.0 * at)
@@ -231,8 +231,8 @@ fn hermite(from: (f64, f64), to: (f64, f64), at: f64) -> f64 {
         + at * rest * (from.1 * rest - to.1 * at)
 }
 
-/// Normal random numbers of standard deviation 1: sums of twelve uniform ones. The same name always
-/// gives the same numbers.
+/// Nearly normal random numbers of standard deviation 1: sums of twelve uniform numbers. Equal
+/// names give equal numbers.
 struct Noise(u64);
 
 impl Noise {
@@ -256,7 +256,7 @@ mod tests {
     use super::super::trial::Group;
     use super::*;
 
-    /// A minute in which the first hand goes to and fro and the second rests.
+    /// A trial of one minute. The first hand moves to and fro, the second rests.
     fn trial() -> Trial {
         let times_s: Vec<f64> = (0..=600).map(|step| f64::from(step) * 0.1).collect();
         let swing = |at_s: &f64| [0.05 * (at_s * std::f64::consts::TAU / 4.0).cos(), 0.0, 0.0];
@@ -283,8 +283,8 @@ mod tests {
                 let index = Measure::ALL.iter().position(|it| *it == measure);
                 values[index.unwrap()]
             };
-            // Fifteen turns of 20 cm. At each of the thirty reversals, the leash of the path (0.8
-            // mm) shortens the path.
+            // Fifteen cycles of 20 cm. At each of the thirty reversals, the metric's dead band of
+            // 0.8 mm shortens the path.
             let path_m = of(Measure::Path);
             assert!((2.8..3.1).contains(&path_m), "{path_m} m {condition:?}");
             assert!((of(Measure::Time) - 60.0).abs() < 0.01);

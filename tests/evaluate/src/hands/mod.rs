@@ -1,13 +1,13 @@
-//! Hands of surgeons and novices, measured by the functions that score sessions.
+//! Measures hands of surgeons and novices with the functions that score sessions.
 //!
 //! ```text
 //! DIR/TASK/PERSON/TRIAL.csv → Trial → at a rate, with noise → assess::Assessment → metrics
 //!                                                     persons' medians → experts beside novices
 //! ```
 //!
-//! The course of a trial goes through [`assess::Assessment`] as the course of a session does: the
-//! first instrument as the tip, the second as the lens; then once more with the hands exchanged.
-//! Metrics of sessions are not implemented here a second time.
+//! [`assess::Assessment`] takes the course of a trial like that of a session. The first instrument
+//! is the tip, the second the lens; then again with exchanged hands. So no metric of a session is
+//! implemented twice.
 
 mod course;
 mod page;
@@ -28,8 +28,8 @@ use crate::page::Section;
 #[derive(Args)]
 pub(crate) struct HandsArgs {
     /// Folder with TASK/PERSON/TRIAL.csv. Persons are E… (experts) or N… (novices). Columns,
-    /// counted from 0: 0–2 place of the first instrument, 4–6 of the second, 8–10 and 12–14 their
-    /// angles, 16 time in s.
+    /// counted from 0: 0–2 position of the first instrument, 4–6 of the second, 8–10 and 12–14
+    /// their angles, 16 time in s.
     dir: PathBuf,
     /// Folder for hands.csv and hands.html.
     #[arg(long)]
@@ -83,7 +83,7 @@ pub(crate) struct Measured {
 /// Reads the trials and measures them under each condition.
 ///
 /// # Errors
-/// The first thing that is wrong with a file, with its line and what to do.
+/// The first fault of a file, with its line and the remedy.
 pub(crate) fn run(asked: &HandsArgs) -> Result<Measured, String> {
     let trials = trial::read_all(&asked.dir, &asked.leave_out, asked.unit_mm * 1e-3)?;
     let values = measure_all(&trials);
@@ -96,7 +96,7 @@ pub(crate) fn run(asked: &HandsArgs) -> Result<Measured, String> {
     })
 }
 
-/// Values of each trial by condition and measure. Threads take the trials in turn.
+/// Values of each trial by condition and measure. Each thread takes the next open trial.
 fn measure_all(trials: &[Trial]) -> Vec<Vec<Vec<f64>>> {
     let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let threads = std::thread::available_parallelism().map_or(1, usize::from);

@@ -9,7 +9,7 @@ use super::trial::Group;
 use super::{Measured, Of, Row, groups, tasks};
 use crate::page::{Section, number, strings, table};
 
-/// Probability below which a measure counts as telling the groups apart.
+/// Probability below which a measure counts as separating the groups.
 const SIGNIFICANT: f64 = 0.05;
 /// A measure depends on rate or noise if, under a condition, the median [`change`] exceeds this.
 const STEADY: f64 = 0.05;
@@ -263,8 +263,8 @@ does faster than 5 Hz is in none of these figures.</p>",
     }
 }
 
-/// The most frequent length of a step from row to row up to 0.03 units, mm: presumably one count of
-/// a device's encoders.
+/// The most frequent step length between two rows, among steps up to 0.03 units, mm. It is
+/// presumably one count of a device's encoders.
 fn frequent_step_mm(measured: &Measured) -> f64 {
     let bin_mm = 0.0005 * measured.unit_mm;
     let mut counts = [0u32; 60];

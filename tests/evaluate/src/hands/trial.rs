@@ -1,14 +1,14 @@
-//! Reads trials from files that are not trusted.
+//! Reads trials from untrusted files.
 
 use std::path::Path;
 
-/// Fewest columns of a row: those up to the time.
+/// Smallest number of columns of a row: all up to the time.
 const COLUMNS: usize = 17;
-/// Columns that must have a number: places and angles of both instruments, and the time. The angles
-/// are only checked.
+/// Columns that must contain a number: positions and angles of both instruments, and the time. The
+/// angles are checked but not used.
 const READ: [usize; 13] = [0, 1, 2, 4, 5, 6, 8, 9, 10, 12, 13, 14, TIME];
 const TIME: usize = 16;
-/// Largest coordinate, angle or time that is accepted, in the file's units.
+/// Largest accepted coordinate, angle or time, in the file's units.
 const LARGEST: f64 = 1e5;
 /// Fewest rows of a trial.
 const ROWS_MIN: usize = 20;
@@ -39,16 +39,16 @@ pub(super) struct Trial {
     pub(super) task: String,
     pub(super) person: String,
     pub(super) group: Group,
-    /// Times of the rows, s; each is later than the one before.
+    /// Times of the rows, s, strictly increasing.
     pub(super) times_s: Vec<f64>,
-    /// Places of the first and the second instrument at these times, m.
+    /// Positions of the first and the second instrument at these times, m.
     pub(super) hands: [Vec<[f64; 3]>; 2],
 }
 
-/// Reads all trials below a folder, sorted by name, without those to leave out.
+/// Reads all trials below a folder except those in `leave_out`, sorted by name.
 ///
 /// # Errors
-/// The first wrong file or line, and what to do.
+/// The first wrong file or line, and the remedy.
 pub(super) fn read_all(
     folder: &Path,
     leave_out: &[String],
@@ -134,7 +134,7 @@ fn names(folder: &Path) -> Result<Vec<String>, String> {
     Ok(names)
 }
 
-/// Times, s, and places of both instruments, m.
+/// Times, s, and positions of both instruments, m.
 type Course = (Vec<f64>, [Vec<[f64; 3]>; 2]);
 
 /// Reads a trial's text. An error begins with its line.

@@ -55,13 +55,13 @@ impl Device {
     };
 }
 
-/// A hand: a spring and a damper that pull the handle to where the hand wants it.
+/// A hand: a spring and a damper that pull the handle to the hand's target position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Hand {
     pub(super) name: &'static str,
     pub(super) stiffness_n_m: f64,
     pub(super) damping_n_s_m: f64,
-    /// Mass that goes with the handle, kg.
+    /// Mass that moves with the handle, kg.
     pub(super) mass_kg: f64,
 }
 
@@ -90,7 +90,7 @@ impl Hand {
     pub(super) const ALL: [Self; 3] = [Self::NONE, Self::RELAXED, Self::FIRM];
 }
 
-/// The handle in motion.
+/// Simulation of device and hand, from one tick to the next.
 pub(super) struct Loop {
     device: Device,
     hand: Hand,
@@ -102,7 +102,7 @@ pub(super) struct Loop {
     tick: u32,
     /// Samples on their way: tick of arrival, and position.
     samples: Vec<(u32, f64)>,
-    /// Places in the steps of the last tick, the newest last.
+    /// Positions at the steps of the last tick, the newest last.
     past_m: VecDeque<f64>,
     random: u64,
     /// Work of the motors on the handle, J.
@@ -136,16 +136,16 @@ impl Loop {
             let x_m = (before.unwrap_or(&self.x_m) / step).round() * step;
             self.samples.push((self.tick + late, x_m));
         }
-        // Take the newest of the samples that have arrived. Older ones that arrive later are thrown
-        // away.
+        // Take the newest sample that has arrived. Older samples are dropped, also if they arrive
+        // later.
         let newest = self.samples.iter().rposition(|s| s.0 <= self.tick)?;
         let x_m = self.samples[newest].1;
         self.samples.drain(..=newest);
         Some(x_m)
     }
 
-    /// Advances the mechanics by one tick, with this force commanded at its start. The hand wants
-    /// the handle at `target_m` and also pulls with `pull_n`.
+    /// Advances the mechanics by one tick, with this force commanded at its start. The hand pulls
+    /// the handle towards `target_m`, and in addition with the force `pull_n`.
     pub(super) fn tick(&mut self, force_n: f64, target_m: f64, pull_n: f64) {
         let delay = (self.device.delay_s / STEP_S).round() as u32;
         let peak = self.device.peak_n;
@@ -165,7 +165,7 @@ impl Loop {
             let damping = self.device.damping_n_s_m + self.hand.damping_n_s_m;
             let free_n = self.acting_n + held_n - damping * self.v_m_s;
             let v = self.v_m_s + free_n * STEP_S / mass_kg;
-            // Dry friction slows the handle and never reverses its motion.
+            // Dry friction slows the handle but never reverses its motion.
             let brake = self.device.friction_n * STEP_S / mass_kg;
             self.v_m_s = v.signum() * (v.abs() - brake).max(0.0);
             self.x_m += self.v_m_s * STEP_S;

@@ -1,5 +1,5 @@
-//! Laws by which force follows from the handle's position: Calot's, through its own tick, and those
-//! with which it is compared.
+//! Laws that compute the force from the handle's position: Calot's tick, and simpler laws for
+//! comparison.
 
 use nalgebra::Translation3;
 use rt_core::fault::{Fault, FaultCounters};
@@ -14,10 +14,10 @@ use super::device::Device;
 /// Distance from the wall at which trials start, m.
 pub(super) const START_M: f64 = 0.003;
 
-/// A law that is asked once a tick.
+/// A law that computes a force in each tick.
 pub(super) trait Law {
-    /// Force on the handle, N, positive away from the wall. `x_m` is the handle's sample if one
-    /// came.
+    /// Force on the handle, N, positive away from the wall. `x_m` is the handle's sample, if one
+    /// arrived.
     fn force_n(&mut self, x_m: Option<f64>) -> f64;
     /// True if the law has switched its force off.
     fn gave_up(&self) -> bool {
@@ -48,7 +48,7 @@ pub(super) struct Coupling {
 }
 
 impl Coupling {
-    /// Stiffness N/m, damping N s/m and mass kg: the middle of the settings that were tried.
+    /// Stiffness, N/m, damping, N s/m, and mass, kg: the middle of the settings that were tried.
     const SPRING: [f64; 3] = [600.0, 1.0, 0.005];
 
     pub(super) fn new(stiffness_n_m: f64, x_m: f64) -> Self {
@@ -85,7 +85,7 @@ impl Law for Coupling {
     }
 }
 
-/// Calot's own tick as a law: a handle's sample goes in, a tick is run, the command comes out.
+/// Calot's own tick as a law: it takes the handle's sample, runs a tick and returns the command.
 pub(super) struct Product<'a> {
     sim: Sim<'a>,
     world: World,
@@ -100,7 +100,7 @@ pub(super) struct LimitRecord {
     pub(super) damped: u64,
     /// Ticks in which the contact was too stiff for the device.
     pub(super) capped: u64,
-    /// Least energy that the passivity observer saw, J.
+    /// Lowest energy of the passivity observer, J.
     pub(super) energy_j: f64,
 }
 
@@ -158,7 +158,8 @@ impl<'a> Product<'a> {
             },
             handle_at_0_m,
         };
-        // The jaws close well above the tissue. Then the handle comes down to where trials start.
+        // The jaws close far above the tissue. Then the handle moves down to the start of the
+        // trials.
         for tick in 0..600 {
             let share = (f64::from(tick) / 400.0 - 0.5).clamp(0.0, 1.0);
             law.force_n(Some(0.03 + (START_M - 0.03) * share));
@@ -207,8 +208,8 @@ impl Law for Product<'_> {
 
 /// Capabilities that a device built like `device` would state.
 pub(super) fn stated(device: &Device) -> DeviceCapabilities {
-    // Viscous damping that takes as much energy from a tremor of 0.2 m/s peak speed as the dry
-    // friction does.
+    // Viscous damping that dissipates as much energy as the dry friction does in a vibration of 0.2
+    // m/s peak speed.
     let friction_n_s_m = 4.0 * device.friction_n / (std::f64::consts::PI * 0.2);
     DeviceCapabilities {
         opening: Opening::NONE,
@@ -224,8 +225,8 @@ pub(super) fn stated(device: &Device) -> DeviceCapabilities {
     }
 }
 
-/// The stated capabilities without limits on stiffness and damping, so that only the force's clamp
-/// acts.
+/// The stated capabilities without limits on stiffness and damping, so that only the clamp of the
+/// force acts.
 pub(super) fn boundless(device: &Device) -> DeviceCapabilities {
     DeviceCapabilities {
         stiffness_max_n_m: 1e9,

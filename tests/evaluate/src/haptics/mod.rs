@@ -20,13 +20,13 @@ use trial::{TrialOutcome, press, respond, wave};
 /// Kind of test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Test {
-    /// The stiffest wall up to which all walls are stable.
+    /// Finds the stiffest wall up to which all walls are stable.
     Wall,
     /// A press on a liver.
     Tissue,
     /// A hand that waves in free space.
     Free,
-    /// A handle that is led to and fro in a wall: gain and delay.
+    /// A handle that is moved to and fro inside a wall: gain and delay.
     Response,
 }
 
@@ -41,7 +41,7 @@ pub(crate) enum LawKind {
     Coupling,
     /// Calot's contact without its output limits.
     Bare,
-    /// As `Bare`, but the tool meets wide, nearly rigid spheres instead of the skin.
+    /// As `Bare`, but the tool touches wide, nearly rigid spheres instead of the skin.
     Rigid,
 }
 
@@ -70,7 +70,8 @@ pub(crate) struct Row {
     pub(crate) of: f64,
     /// Stiffness of the stiffest stable wall, or the gain of a response, N/m.
     stiffness_n_m: f64,
-    /// Force over depth at the end of a press, N/m: for a wall test in the stiffest stable wall.
+    /// Force divided by depth at the end of a press, N/m. For a wall test it is that of the
+    /// stiffest stable wall.
     rendered_n_m: f64,
     outcome: TrialOutcome,
     limits: LimitRecord,
@@ -78,14 +79,14 @@ pub(crate) struct Row {
     lag_s: f64,
 }
 
-/// Stiffness of the softest wall that is tried, N/m. A weight of 1 N would go too deep into a
-/// softer one.
+/// Stiffness of the softest tested wall, N/m. A weight of 1 N would sink too deep into a softer
+/// one.
 const SOFTEST_N_M: f64 = 100.0;
 /// Force of the hand on a wall, N.
 const WALL_PRESS_N: f64 = 1.0;
 /// Force of the hand on tissue, N: it presses the tip 8 mm into soft tissue.
 const TISSUE_PRESS_N: f64 = 0.3;
-/// Number of jaws. Closed jaws lie side by side, and each meets a wall as a spring of its own.
+/// Number of jaws. Closed jaws lie side by side. Each presses the wall like a spring of its own.
 const JAWS: f64 = 2.0;
 /// Spheres of the liver.
 const SPHERES: usize = 581;
@@ -181,7 +182,7 @@ pub(crate) fn run(quick: bool) -> Result<Vec<Row>, String> {
     Ok(bench.rows)
 }
 
-/// Tests walls with samples that wait for the tick: what is gained if ticks follow the device.
+/// Tests walls with samples that wait for the tick. It shows the gain if ticks follow the device.
 ///
 /// # Errors
 /// The message of the scene's check.
@@ -189,7 +190,7 @@ pub(crate) fn waits(quick: bool) -> Result<Vec<Row>, String> {
     let mut bench = Bench {
         state: Box::new(State::new()),
         rows: Vec::new(),
-        // Finer than that of the other walls, because the gain is a few percent.
+        // Smaller than in the other tests, because the gain is only a few percent.
         ratio: if quick { 1.25 } else { 1.05 },
     };
     let viscous = Device {
@@ -216,14 +217,14 @@ pub(crate) fn waits(quick: bool) -> Result<Vec<Row>, String> {
     Ok(bench.rows)
 }
 
-/// Waits that are tried, ms: just after the arrival, as `--follow-device` aims at; the median and
-/// the longest of ticks that do not follow.
+/// Tested waits, ms: the target of `--follow-device` (just after the arrival), and the median and
+/// the longest wait of ticks that do not follow the device.
 const WAITS_MS: [f64; 3] = [0.05, 0.5, 1.0];
 
 struct Bench {
     state: Box<State>,
     rows: Vec<Row>,
-    /// Ratio of a wall's stiffness to that of the wall before.
+    /// Ratio of a wall's stiffness to that of the previous wall.
     ratio: f64,
 }
 
@@ -261,7 +262,7 @@ impl Bench {
         })
     }
 
-    /// Tests ever stiffer walls until one is not stable.
+    /// Tests stiffer and stiffer walls until one is not stable.
     fn wall(&mut self, kind: LawKind, hand: Hand, device: Device) -> Result<(), String> {
         let mut stiffness_n_m = SOFTEST_N_M;
         let mut best: Option<(f64, TrialOutcome, LimitRecord)> = None;

@@ -45,7 +45,7 @@ stable_up_to_n_m,rendered_n_m,stable,swing_mm,step_mn,force_n,given_mj,observed_
     text
 }
 
-/// Rows of walls with samples that wait for the tick.
+/// The rows of [`super::waits`] as `haptics_wait.csv`.
 pub(crate) fn waits_csv(rows: &[Row]) -> String {
     let mut text =
         "law,hand,device,delay_ms,wait_ms,stable_up_to_n_m,rendered_n_m,swing_mm,given_mj\n"
@@ -67,7 +67,7 @@ pub(crate) fn waits_csv(rows: &[Row]) -> String {
     text
 }
 
-/// Name of a column of the map: the delay, and what is unusual about the samples.
+/// Name of a column of the map: the delay, and any slow, lost or late samples.
 fn column(r: &Row) -> String {
     let d = &r.device;
     let mut name = format!("{} ms", d.delay_s * 1e3);
@@ -103,7 +103,7 @@ fn in_order(names: impl Iterator<Item = String>) -> Vec<String> {
     all
 }
 
-/// The map of the stiffness up to which walls are stable.
+/// Map of the stiffness up to which walls are stable.
 ///
 /// # Errors
 /// The drawing library's message.
@@ -135,7 +135,7 @@ pub(crate) fn chart(rows: &[Row]) -> Result<String, String> {
     heat_map(&columns, &names, &lines)
 }
 
-/// A cell of the map. For Calot it also has the rendered stiffness.
+/// A cell of the map. For Calot, the rendered stiffness follows in brackets.
 fn wall_cell(r: &Row) -> Cell {
     let limit = if r.stiffness_n_m >= STIFFEST_N_M {
         "all".to_owned()

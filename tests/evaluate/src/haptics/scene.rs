@@ -1,4 +1,4 @@
-//! Bodies that the device presses: a wall, and tissue.
+//! Bodies on which the device presses: a wall, and tissue.
 
 use rt_core::math::{Pose, Vec3};
 use rt_core::scene::{Inside, Material, Organ, RestSphere, Room, Scene};
@@ -70,17 +70,17 @@ impl Wall {
 /// Height below which the liver is held, m.
 const HELD_BELOW_M: f64 = -0.02;
 
-/// Part of a liver that the tip meets.
+/// Part of a liver that the tip touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Meets {
     /// The contact skin, as in Calot.
     Skin,
-    /// The spheres, made so wide that there are no gaps, and nearly rigid.
+    /// The spheres, nearly rigid and so wide that there are no gaps.
     Spheres,
 }
 
-/// A liver with this number of spheres and this modulus, Pa, whose lower part is held; and the
-/// height at which the tip meets it, m.
+/// A liver with this number of spheres and this modulus, Pa, and the height at which the tip
+/// touches it, m. The liver's lower part is held.
 pub(super) fn liver(spheres: usize, young_pa: f64, meets: Meets) -> Result<(Parts, f64), String> {
     let tissue = Tissue {
         young_pa,

@@ -1,32 +1,32 @@
-//! One trial: a hand presses, and the handle is watched for motion.
+//! One trial: a hand presses, then the handle's motion is measured.
 
 use super::device::{Device, Hand, Loop};
 use super::law::{Law, START_M};
 
-/// Time in which the hand moves in, s.
+/// Time in which the hand moves to the wall, s.
 const APPROACH_S: f64 = 0.3;
 /// Time in which the handle may come to rest, s.
 const SETTLE_S: f64 = 1.2;
-/// Time in which the handle is then watched, s.
+/// Time in which the handle's motion is then measured, s.
 const WATCH_S: f64 = 0.5;
-/// Largest swing that is neither felt nor seen, m: five encoder steps of a Touch.
+/// Largest swing that nobody feels or sees, m: five encoder steps of a Touch.
 pub(super) const STILL_M: f64 = 0.275e-3;
 
 /// Outcome of a trial.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct TrialOutcome {
-    /// Swing of the handle while it is watched, m.
+    /// Swing of the handle in the measured time, m.
     pub(super) swing_m: f64,
-    /// Swing in the half second before, m.
+    /// Swing in the half second before it, m.
     pub(super) before_m: f64,
-    /// Largest change of the command from one tick to the next while the handle is watched, N.
+    /// Largest change of the command from one tick to the next in the measured time, N.
     pub(super) step_n: f64,
     /// Command at the end, N.
     pub(super) force_n: f64,
-    /// Place of the handle at the end, m.
+    /// Position of the handle at the end, m.
     pub(super) x_m: f64,
     /// Largest net work of the motors on the handle during the trial, J. A passive system does no
-    /// net work from rest to rest.
+    /// positive net work from rest to rest.
     pub(super) given_j: f64,
     /// True if the law switched its force off.
     pub(super) gave_up: bool,
@@ -44,14 +44,15 @@ impl TrialOutcome {
         gave_up: false,
     };
 
-    /// True if the handle is still or its swing gets smaller, and the law did not give up.
+    /// True if the handle is still or its swing gets smaller, and the law did not switch its force
+    /// off.
     pub(super) fn is_stable(&self) -> bool {
         let still = self.swing_m <= STILL_M || self.swing_m < 0.7 * self.before_m;
         still && !self.gave_up
     }
 }
 
-/// Presses with about `press_n` into something of stiffness `stiffness_n_m`, and holds.
+/// Presses with about `press_n` into a body of stiffness `stiffness_n_m`, and holds.
 pub(super) fn press(
     law: &mut dyn Law,
     device: Device,
@@ -66,7 +67,7 @@ pub(super) fn press(
     };
     let ticks = ((APPROACH_S + SETTLE_S + WATCH_S) * 1e3) as u32;
     let watched = (WATCH_S * 1e3) as u32;
-    // Lowest and highest place in the half second before the watch, and during it.
+    // Lowest and highest position in the half second before the measured time, and during it.
     let mut range_m = [[f64::MAX, f64::MIN]; 2];
     let (mut last_n, mut step_n, mut given_j) = (0.0_f64, 0.0_f64, 0.0_f64);
     for tick in 0..ticks {
@@ -117,9 +118,9 @@ pub(super) fn wave(law: &mut dyn Law, device: Device) -> f64 {
     most_n
 }
 
-/// Gain (N/m) of the force on a handle that is led sinusoidally by 0.5 mm at `hz` around `depth_m`,
-/// and the delay of the force (s). The delay includes the device's own, and half a tick because a
-/// command is held for a tick.
+/// Gain (N/m) and delay (s) of the force on a handle that moves sinusoidally by 0.5 mm at `hz`
+/// around `depth_m`. The delay includes the device's own, and half a tick because a command is held
+/// for a tick.
 pub(super) fn respond(law: &mut dyn Law, device: Device, depth_m: f64, hz: f64) -> [f64; 2] {
     const AMPLITUDE_M: f64 = 0.5e-3;
     let turn = std::f64::consts::TAU * hz * 1e-3;

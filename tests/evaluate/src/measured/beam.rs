@@ -1,4 +1,4 @@
-//! The free swing of a block that is held at one end, beside beam theory.
+//! Compares the free vibration of a block that is held at one end with beam theory.
 
 use nalgebra::{Matrix2, Vector4};
 
@@ -13,13 +13,13 @@ const BLOCK: Block = Block {
     length_m: 0.120,
     side_m: 0.030,
 };
-/// Height of the swing, m.
+/// Initial amplitude of the tip, m.
 const SWING_M: f64 = 1e-3;
 /// Simulated time, s.
 const SECONDS: f64 = 6.0;
-/// Turning points below this share of the swing are not read.
+/// Turning points below this share of that amplitude are ignored.
 const LEAST: f64 = 1e-3;
-/// Largest damping ratio that the solver may add on its own.
+/// Largest allowed damping ratio of the solver itself.
 const ADDED_MAX: f64 = 0.01;
 
 /// Shear coefficient of a square section (Cowper 1966) with Poisson's ratio ν.
@@ -27,10 +27,10 @@ fn shear_coefficient(poisson: f64) -> f64 {
     10.0 * (1.0 + poisson) / (12.0 + 11.0 * poisson)
 }
 
-/// A swing as read from the tip.
+/// Vibration, measured at the tip.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Swing {
-    /// Frequency without the damping, Hz.
+    /// Undamped frequency, Hz.
     frequency_hz: f64,
     /// Rate at which the amplitude decays, 1/s.
     decay_per_s: f64,
@@ -40,14 +40,14 @@ struct Swing {
 struct Job {
     young_pa: f64,
     spheres: usize,
-    /// True: the product's viscosity and damping; false: none.
+    /// True: with the product's viscosity and damping. False: without both.
     is_damped: bool,
 }
 
-/// Measures the swing of the block for each material, size and damping.
+/// Measures the block's vibration for each material, size and damping.
 ///
 /// # Errors
-/// The message with which Calot refuses the block.
+/// Calot's message if it refuses the block.
 pub(super) fn run(quick: bool) -> Result<Vec<Row>, String> {
     let (moduli, sizes): (&[f64], &[usize]) = match quick {
         true => (&[5400.0], &[250]),
@@ -125,7 +125,7 @@ fn rows(job: &Job, swing: Swing) -> Result<Vec<Row>, String> {
     Ok(vec![frequency, decay])
 }
 
-/// Lets the block swing in its first mode.
+/// Lets the block vibrate in its first mode.
 fn measure(job: &Job) -> Result<Swing, String> {
     let tissue = tissue(job.young_pa);
     let mut body = BLOCK.body(job.spheres, tissue)?;
@@ -182,9 +182,10 @@ fn mode_share(share: f64) -> f64 {
     at(x) / at(k)
 }
 
-/// Frequency and decay from the turning points of a course with one value a millisecond.
+/// Computes frequency and decay from the turning points of the tip's height, with one value per
+/// millisecond.
 fn read(heights: &[f64]) -> Result<Swing, String> {
-    // Time and height of each turning point. Neighbours lie on opposite sides.
+    // Time and height of each turning point. Consecutive points have opposite signs.
     let mut turns: Vec<(f64, f64)> = Vec::new();
     for (i, three) in heights.windows(3).enumerate() {
         let (before, after) = (three[1] - three[0], three[2] - three[1]);
@@ -220,8 +221,8 @@ fn read(heights: &[f64]) -> Result<Swing, String> {
     })
 }
 
-/// First natural frequency of a cantilever by Timoshenko's theory, Hz: the lowest at which bending
-/// moment and shear force vanish at the tip.
+/// First natural frequency of a cantilever by Timoshenko's theory, Hz: the lowest one at which
+/// bending moment and shear force at the tip are zero.
 fn frequency_hz(block: &Block, tissue: &Tissue) -> Result<f64, String> {
     let area = block.side_m * block.side_m;
     let inertia = area * area / 12.0;
@@ -243,7 +244,7 @@ fn frequency_hz(block: &Block, tissue: &Tissue) -> Result<f64, String> {
     Ok(0.5 * (low + high) / std::f64::consts::TAU)
 }
 
-/// Determinant of moment and shear at the tip over moment and shear at the hold.
+/// Determinant of the matrix that maps moment and shear at the hold to moment and shear at the tip.
 fn at_end(block: &Block, tissue: &Tissue, omega: f64) -> f64 {
     let area = block.side_m * block.side_m;
     let inertia = area * area / 12.0;
@@ -251,7 +252,7 @@ fn at_end(block: &Block, tissue: &Tissue, omega: f64) -> f64 {
     let shearing = shear_coefficient(tissue.poisson) * tissue.mu() * area;
     let line = tissue.density_kg_m3 * area;
     let turning = tissue.density_kg_m3 * inertia;
-    // Deflection, turn of the section, moment, shear.
+    // Deflection, rotation of the section, moment, shear.
     let slope = |s: &Vector4<f64>| {
         Vector4::new(
             s[1] + s[3] / shearing,

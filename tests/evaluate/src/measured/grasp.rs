@@ -1,4 +1,4 @@
-//! A grasper that pulls at an organ of the built-in scene, run by the whole simulation.
+//! Pulls with a grasper at an organ of the built-in scene, in the whole simulation.
 
 use glam::{Quat, Vec3};
 use rt_process::rehearsal::{Rehearsal, rehearse};
@@ -11,7 +11,7 @@ use crate::seeded_hand::{Place, Seeded, place, tip_m};
 
 /// Speed of the hand, m/s.
 const SPEED_M_S: f32 = 0.03;
-/// Distance from the organ at which the work starts, and depth of the jaws when they close, m.
+/// Distance from the organ at which the hand starts, and depth of the jaws when they close, m.
 const AWAY_M: f32 = 0.025;
 const DEPTH_M: f32 = 0.003;
 /// Length of the pull, m.
@@ -28,14 +28,15 @@ const CLOSE: u32 = 1;
 pub(super) struct Pull {
     /// Largest force, N.
     pub(super) largest_n: f64,
-    /// Force at the end of the hold over the force at its begin; `None` if the tissue slipped.
+    /// Force at the end of the hold divided by the force at its start; `None` if the tissue
+    /// slipped.
     pub(super) left: Option<f64>,
 }
 
-/// Pulls at places of an organ, one for each seed, and holds for this long.
+/// Pulls at one place of an organ for each seed, and holds for `hold_s`.
 ///
 /// # Errors
-/// The scene or the organ cannot be had, in words.
+/// The reason why the scene or the organ cannot be used, in words.
 pub(super) fn pulls(organ: &str, seeds: u64, hold_s: f64) -> Result<Vec<Pull>, String> {
     let recipe = Recipe::built_in().map_err(|e| e.to_string())?;
     let prepared = prepare(&recipe, &mut |_| {}).map_err(|e| e.to_string())?;
@@ -124,7 +125,7 @@ impl<'a, 'b> Hand<'a, 'b> {
         let begin = self.forces_n.len();
         self.wait((hold_s * 1e3) as u64);
         let largest_n = self.forces_n.iter().copied().fold(0.0, f64::max);
-        // The swing of the organ has ended after a tenth of the hold.
+        // After a tenth of the hold, the organ no longer swings.
         let hold = &self.forces_n[begin..];
         let (first, last) = (hold.get(hold.len() / 10), hold.last());
         let left = first.zip(last).map(|(first, last)| last / first);

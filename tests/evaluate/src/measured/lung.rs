@@ -1,5 +1,5 @@
-//! Porcine lung in a testing machine: pressed, and cut. Shapes only: the publication states neither
-//! the size of the samples nor the blade.
+//! Porcine lung in a testing machine: pressed, and cut. Only the shapes of the curves are compared,
+//! because the publication states neither the size of the samples nor the blade.
 
 use std::path::Path;
 
@@ -9,16 +9,16 @@ use super::{Bar, Row};
 use crate::body::Tissue;
 use crate::csv::Csv;
 
-/// Publication of the files.
+/// Publication that the files belong to.
 const SOURCE: &str = "Gao 2026, High-Fidelity-MRSS data set";
 const PRESSING: &str = "lung_pressing_01.csv";
 const CUTTING: &str = "lung_cutting_01.csv";
-/// Depths whose force is compared with that at twice the depth, mm; of Calot's specimen, per cent
-/// of its height.
+/// Depths at which the force is compared with that at twice the depth: in mm for the lung, in per
+/// cent of the height for Calot's specimen.
 const DOUBLED: [f64; 3] = [5.0, 10.0, 20.0];
-/// A fall of the force counts as a drop from this share of the force before.
+/// A fall of the force counts as a drop if it is larger than this share of the previous force.
 const DROP: f64 = 0.05;
-/// Longest step of a file's time within a trial that counts as rest at one place, mm.
+/// Largest movement that counts as rest at one place, mm.
 const STILL_MM: f64 = 0.005;
 
 /// A trial: depth in mm and force in N, in the order of the depths.
@@ -30,7 +30,8 @@ pub(super) struct Trial {
 }
 
 impl Trial {
-    /// Force at a depth, N, between the nearest two; `None` if the trial did not get there.
+    /// Force at a depth, N, interpolated between the nearest two; `None` if the trial did not reach
+    /// this depth.
     fn force_n(&self, depth_mm: f64) -> Option<f64> {
         let at = self.course.partition_point(|it| it[0] < depth_mm);
         let [low, high] = [self.course.get(at.checked_sub(1)?)?, self.course.get(at)?];
@@ -38,7 +39,7 @@ impl Trial {
         Some(low[1] + (high[1] - low[1]) * share)
     }
 
-    /// Force at twice the depth over the force at the depth.
+    /// Force at twice the depth divided by the force at the depth.
     fn doubled(&self, depth_mm: f64) -> Option<f64> {
         Some(self.force_n(2.0 * depth_mm)? / self.force_n(depth_mm)?)
     }
@@ -62,7 +63,7 @@ impl Trial {
         longest
     }
 
-    /// Falls of the force from a peak to the next lowest point, as shares of the peak.
+    /// Drops of the force from a peak to the next minimum, as shares of the peak.
     fn drops(&self) -> Vec<f64> {
         let mut found = Vec::new();
         let (mut peak, mut low) = (f64::MIN, f64::MAX);
@@ -85,7 +86,7 @@ pub(super) struct Found {
     pub(super) rows: Vec<Row>,
     pub(super) pressing: Vec<Trial>,
     pub(super) cutting: Vec<Trial>,
-    /// Calot's force over strain, per cent and N.
+    /// Calot's curve: strain, per cent, and force, N.
     pub(super) calot: Vec<[f64; 2]>,
     /// Slowest and fastest motion of the machine, mm/s.
     pub(super) speeds_mm_s: [f64; 2],
@@ -93,11 +94,10 @@ pub(super) struct Found {
     pub(super) rest_s: f64,
 }
 
-/// Reads the files of a folder and compares their shape with Calot's.
+/// Reads the files of a folder and compares the shapes of their curves with Calot's.
 ///
 /// # Errors
-/// A file that cannot be read, with what to do; or the message with which Calot refuses the
-/// specimen.
+/// A file that cannot be read, with the remedy; or Calot's message if it refuses the specimen.
 pub(super) fn run(folder: &Path, quick: bool) -> Result<Found, String> {
     let pressing = read(&folder.join(PRESSING))?;
     let cutting = read(&folder.join(CUTTING))?;
@@ -129,8 +129,8 @@ pub(super) fn run(folder: &Path, quick: bool) -> Result<Found, String> {
     })
 }
 
-/// Trials of a file. Its rows are out of order; those of a trial have the same offset between the
-/// machine's position and the depth.
+/// Trials of a file. The rows are out of order. The rows of one trial have the same offset between
+/// the machine's position and the depth.
 fn read(path: &Path) -> Result<Vec<Trial>, String> {
     let told = |what: &str| format!("{}: {what}", path.display());
     let csv = Csv::read(path)?;
@@ -226,7 +226,7 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
-/// Standard deviation of two values or more.
+/// Standard deviation; `None` for fewer than two values.
 fn deviation(values: &[f64]) -> Option<f64> {
     let mean = mean(values);
     let squares: f64 = values.iter().map(|it| (it - mean).powi(2)).sum();

@@ -1,4 +1,4 @@
-//! Calot beside measurements that others published.
+//! Compares Calot with published measurements.
 //!
 //! ```text
 //! published figures ─┐
@@ -6,8 +6,8 @@
 //! Calot's solver ────┘
 //! ```
 //!
-//! Every row names its publication and has what Calot gives under the same condition. Calot's
-//! figures come from runs of its solver on organs and specimens as preparation makes them.
+//! Every row names its publication and has Calot's result under the same condition. Calot's results
+//! come from runs of its solver on organs and specimens that its preparation makes.
 
 mod beam;
 mod grasp;
@@ -32,11 +32,11 @@ pub(crate) struct MeasuredArgs {
     /// Folder for measured.csv and measured.html.
     #[arg(long)]
     pub(crate) out: PathBuf,
-    /// Folder with measurements as CSV files: lung_pressing_01.csv and lung_cutting_01.csv.
-    /// Without it these rows are left out, and the page says so.
+    /// Folder with measurements as CSV files: lung_pressing_01.csv and lung_cutting_01.csv. Without
+    /// it the rows of the lung are left out, and the page says so.
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
-    /// Makes a reduced run of seconds instead of minutes: few spheres, few materials.
+    /// Makes a reduced run that takes seconds instead of minutes: few spheres, few materials.
     #[arg(long)]
     pub(crate) quick: bool,
     /// Runs only the parts whose name contains this: silicone, beam, lung, tissue. Or runs one
@@ -45,10 +45,10 @@ pub(crate) struct MeasuredArgs {
     case: Option<String>,
 }
 
-/// Largest difference from a published figure without a range, per cent.
+/// Largest allowed difference from a published value without a range, per cent.
 const ALLOWED_PCT: f64 = 7.0;
 
-/// When a figure of Calot counts as within the published one.
+/// Condition for Calot's value to agree with the published one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Bar {
     /// It differs by at most [`ALLOWED_PCT`].
@@ -66,15 +66,16 @@ struct Row {
     quantity: String,
     condition: String,
     published: f64,
-    /// Standard deviation of the published figure, if it has one.
+    /// Standard deviation of the published value, if it has one.
     published_sd: Option<f64>,
-    /// Calot's figure; `None` if Calot does not model the effect.
+    /// Calot's value; `None` if Calot does not model the effect.
     calot: Option<f64>,
     bar: Bar,
 }
 
 impl Row {
-    /// Difference from the published figure, per cent; `None` if one of the two is absent or zero.
+    /// Difference from the published value, per cent; `None` if Calot's value is absent or the
+    /// published one is zero.
     fn error_pct(&self) -> Option<f64> {
         let calot = self.calot.filter(|_| self.published.abs() > 0.0)?;
         Some((calot / self.published - 1.0) * 100.0)
@@ -144,10 +145,10 @@ impl Measured {
     }
 }
 
-/// Runs the parts that are asked for.
+/// Runs the requested parts.
 ///
 /// # Errors
-/// The first thing that is wrong, with its file where it has one, and what to do.
+/// The first fault, with its file if it has one, and the remedy.
 pub(crate) fn run(asked: &MeasuredArgs) -> Result<Measured, String> {
     let only = asked.case.as_deref().unwrap_or_default();
     let silicones = published::SILICONES.iter();
@@ -221,7 +222,7 @@ mod tests {
             rows.find(|row| format!("{} {}", row.quantity, row.condition).contains(what))
                 .unwrap_or_else(|| panic!("no row of {what} in {text}"))
         };
-        // The modulus is fitted here, and at twice the strain the law still holds.
+        // The modulus is fitted at 10 % strain; the law still holds at twice this strain.
         assert!(find("EF10_100T, 10 % strain, ends free").within());
         assert!(find("EF10_100T, 20 % strain, ends free").within());
         assert!(find("natural frequency").within());

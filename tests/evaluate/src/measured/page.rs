@@ -10,7 +10,7 @@ use super::silicone::{self, Run};
 use super::{ALLOWED_PCT, Measured, Row, lung};
 use crate::page::{Section, number, strings, table};
 
-/// Largest share of the force by which it may vary while the plates rest, per cent.
+/// Largest allowed variation of the force while the plates rest, per cent of the force.
 const UNSTEADY_PCT: f64 = 2.0;
 
 /// The page's sections.
@@ -111,7 +111,7 @@ of its mean while the plates rest. Beyond, the solver shakes and the figure is a
     })
 }
 
-/// The largest strain up to which the force keeps still, as text.
+/// Largest strain up to which the force is steady, as text.
 fn steady(run: &Run) -> String {
     let is_still = |it: &&(&f64, &Pressed)| it.1.unsteady_n <= UNSTEADY_PCT / 100.0 * it.1.force_n;
     let all = STRAINS_PCT.iter().zip(&run.pressed).collect::<Vec<_>>();
@@ -128,7 +128,7 @@ fn course(run: &Run) -> Series {
     }
 }
 
-/// Reasons of the differences: the law, and the solver's settings.
+/// Section about the reasons of the differences: the law, and the solver's settings.
 fn departures(found: &silicone::Found) -> Result<Section, String> {
     let head = || {
         let mut row = strings(["silicone", "solver", "spheres"]);
@@ -333,7 +333,7 @@ fn listed(rows: &[Row]) -> String {
     table(&all)
 }
 
-/// A number with three digits or more.
+/// A number with three significant digits or more.
 fn short(value: f64) -> String {
     let digits = match value.abs() {
         it if it >= 100.0 => 0,

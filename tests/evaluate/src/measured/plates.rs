@@ -1,8 +1,8 @@
-//! Two rigid plates that press a specimen, which Calot's solver moves.
+//! Two rigid plates that press a specimen of Calot's tissue.
 //!
-//! The spheres on the plates are moved to them after each substep, as a contact of the tick does
-//! with what a tool touches. They lean on the plates with a share of the last force before the
-//! substep's constraints, also as a contact does. The force is what moved them.
+//! After each substep, the spheres on the plates are moved to their plate. Before each substep's
+//! constraints, a share of the last force acts on them. A contact of the tick does both with the
+//! spheres under a tool. The force on a plate is the sum of the forces that move the spheres.
 
 use std::cell::RefCell;
 
@@ -14,14 +14,14 @@ use crate::methods::{Parts, Surroundings};
 
 /// Share of the last force that a contact applies before the constraints of a substep.
 const LEAN: f32 = 0.75;
-/// Ticks in which the plates move by a millimetre.
+/// Ticks per millimetre of the plates' motion.
 const TICKS_PER_MM: f64 = 100.0;
-/// Ticks at a depth before the force is read.
+/// Ticks of rest at a depth before the force is measured.
 const REST_TICKS: usize = 500;
 /// Ticks over which the force is averaged.
 const READ_TICKS: usize = 100;
 
-/// Hold of the ends on the plates.
+/// Contact of the specimen's ends with the plates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Ends {
     /// They slide without friction.
@@ -51,23 +51,23 @@ pub(super) struct Setting {
 }
 
 impl Setting {
-    /// As the product ships.
+    /// The product's settings.
     pub(super) const SHIPPED: Self = Self {
         finer: 1,
         is_viscous: true,
     };
 }
 
-/// A force between the plates.
+/// Result of a press to one depth.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Pressed {
     /// Force on the upper plate, N.
     pub(super) force_n: f64,
     /// Force on the lower plate, N. In equilibrium both are equal.
     pub(super) below_n: f64,
-    /// Largest difference between the upper force in a tick and its mean, N.
+    /// Largest difference between the upper plate's force in a tick and its mean, N.
     pub(super) unsteady_n: f64,
-    /// Smallest determinant of the deformation gradient. Tissue with a negative one is inside out.
+    /// Smallest determinant of the deformation gradient. Where it is negative, tissue is inverted.
     pub(super) least_volume: f64,
 }
 
@@ -75,7 +75,7 @@ pub(super) struct Pressed {
 /// pulls.
 ///
 /// # Errors
-/// The message with which Calot refuses the scene.
+/// Calot's message if it refuses the scene.
 pub(super) fn press(
     specimen: &Body,
     tissue: Tissue,
@@ -90,7 +90,7 @@ pub(super) fn press(
     (body.springs.iter_mut()).for_each(|spring| spring.compliance_m_n *= softer);
     body.tissue = tissue;
     if !body.tets.is_empty() {
-        // The solver finds the number that the product gives to this material.
+        // The solver finds the number of substeps that the product uses for this material.
         body.substeps = 1;
     }
     let on_plate = std::mem::replace(&mut body.supported, vec![false; body.rest_m.len()]);
@@ -130,8 +130,8 @@ pub(super) fn press(
     Ok(found)
 }
 
-/// Advances one tick. The upper plate ends at this depth, m. Returns the forces on the lower and
-/// the upper plate, N.
+/// Advances one tick, at the end of which the upper plate is at this depth, m. Returns the forces
+/// on the lower and the upper plate, N.
 fn tick(solved: &mut Solved<'_>, plates: &RefCell<Plates>, depth_m: f64) -> [f64; 2] {
     plates.borrow_mut().begin(depth_m);
     solved.step_between(

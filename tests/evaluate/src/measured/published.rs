@@ -1,4 +1,4 @@
-//! Figures that others measured, with their sources.
+//! Published measurements, with their sources.
 
 /// Strains of the compressed silicones, per cent of the height.
 pub(super) const STRAINS_PCT: [f64; 7] = [5.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0];
@@ -13,7 +13,7 @@ pub(super) struct Silicone {
     pub(super) force_n: [[f64; 2]; 7],
 }
 
-/// Soft to stiff: as soft as liver first.
+/// Silicones from soft to stiff. The first is as soft as liver.
 pub(super) const SILICONES: [Silicone; 7] = [
     Silicone {
         name: "EF10_100T",
@@ -108,7 +108,7 @@ pub(super) const SILICONES: [Silicone; 7] = [
     },
 ];
 
-/// A published figure to which Calot has nothing to set beside.
+/// A published value of an effect that Calot does not model.
 #[derive(Debug)]
 pub(super) struct Missing {
     pub(super) source: &'static str,
@@ -120,7 +120,7 @@ pub(super) struct Missing {
     pub(super) reason: &'static str,
 }
 
-/// Effects that a surgeon's hand meets and Calot lacks.
+/// Effects that a surgeon's hand feels and Calot does not model.
 pub(super) const MISSING: [Missing; 17] = [
     Missing {
         source: "PMC493277",

@@ -15,12 +15,12 @@ pub(super) const SPECIMEN: Cylinder = Cylinder {
     radius_m: 0.025,
     height_m: 0.030,
 };
-/// Strain at which the modulus is fitted, and its place among [`STRAINS_PCT`].
+/// Strain at which the modulus is fitted, and its index in [`STRAINS_PCT`].
 pub(super) const FITTED_PCT: f64 = 10.0;
 const FITTED: usize = 1;
 /// Density of silicone, kg/m³. It has no effect on forces at rest.
 const DENSITY_KG_M3: f64 = 1070.0;
-/// Difference at which the fit ends.
+/// Relative difference of the force at which the fit ends.
 const FIT_SHARE: f64 = 0.003;
 
 /// A specimen pressed by the solver.
@@ -42,8 +42,8 @@ impl Run {
         both.map(|(pressed, published)| (pressed.force_n / published[0] - 1.0) * 100.0)
     }
 
-    /// The difference that Calot's law has from the published forces by its closed form, per cent.
-    /// The ends are free and the modulus is fitted at [`FITTED_PCT`].
+    /// Difference of the closed form of Calot's law from the published forces, per cent. The ends
+    /// are free, and the modulus is fitted at [`FITTED_PCT`].
     pub(super) fn law_errors_pct(&self) -> Result<Vec<f64>, String> {
         let law = Material::new(1.0, 0.45, DENSITY_KG_M3).map_err(|e| e.to_string())?;
         let stress = |pct: f64| -law.uniaxial(1.0 - pct / 100.0).1;
@@ -59,9 +59,9 @@ impl Run {
 #[derive(Debug, Default)]
 pub(super) struct Found {
     pub(super) rows: Vec<Row>,
-    /// As the product ships.
+    /// Runs with the product's settings.
     pub(super) runs: Vec<Run>,
-    /// With other settings of the solver, to find the cause of a difference.
+    /// Runs with other settings of the solver, to find the cause of a difference.
     pub(super) causes: Vec<Run>,
 }
 
@@ -74,10 +74,10 @@ struct Job<'a> {
     setting: Setting,
 }
 
-/// Presses all silicones, or the one of this name.
+/// Presses all silicones, or only the one with this name.
 ///
 /// # Errors
-/// The message with which Calot refuses a specimen.
+/// Calot's message if it refuses a specimen.
 pub(super) fn run(quick: bool, named: Option<&str>) -> Result<Found, String> {
     let (count, sizes): (_, &[usize]) = match quick {
         true => (1, &[250]),
@@ -114,7 +114,7 @@ pub(super) fn run(quick: bool, named: Option<&str>) -> Result<Found, String> {
     })
 }
 
-/// Jobs that tell the parts of the solver apart: without viscosity, and in finer substeps.
+/// Jobs that separate the influences of the solver: without viscosity, and with finer substeps.
 fn causes<'a>(shipped: &[Job<'a>]) -> Vec<Job<'a>> {
     let settings = [(1, false), (4, true), (4, false)];
     let soft = shipped

@@ -1,4 +1,4 @@
-//! Specimens as Calot prepares them: a cylinder between two plates, a block held at one end.
+//! Specimens, prepared by Calot: a cylinder between two plates, and a block held at one end.
 
 use nalgebra::Vector3;
 use scene_prepare::held::Plane;
@@ -12,8 +12,8 @@ use crate::prepared::{prepared, prepared_as};
 
 type Point = Vector3<f64>;
 
-/// Tissue beyond a plane, in spacings of the spheres. Preparation moves the outer layer of spheres,
-/// half a spacing below the skin, onto the plane.
+/// Depth of the tissue beyond a plane, in spacings of the spheres. The outer layer of spheres lies
+/// half a spacing below the skin; preparation moves it onto the plane.
 const BEYOND_SPACINGS: f64 = 0.6;
 /// Edge of the skin's triangles, m.
 const EDGE_M: f64 = 1.5e-3;
@@ -48,7 +48,7 @@ impl Cylinder {
         Ok(body)
     }
 
-    /// The cylinder on a table, to which its lower end is bonded, and its contact skin.
+    /// The cylinder with its lower end bonded to a table, and its contact skin.
     ///
     /// # Errors
     /// The reason in words.
@@ -62,8 +62,8 @@ impl Cylinder {
         prepared(&mesh, spheres, tissue, &[end(0.0, -1.0)])
     }
 
-    /// The cylinder as a tube of beads, and the length between the two grips, m. Beads in the grips
-    /// are marked in `supported`.
+    /// The cylinder as a tube (a chain of beads), and the length between its two grips, m. Beads in
+    /// the grips are marked in `supported`.
     ///
     /// # Errors
     /// The reason in words.
@@ -90,7 +90,7 @@ impl Cylinder {
         Ok((body, f64::from(upper - lower)))
     }
 
-    /// Surface of the cylinder, longer by so much below and above.
+    /// Surface of the cylinder, extended by `longer_m` below and above.
     fn skin(&self, longer_m: [f64; 2], edge_m: f64) -> Mesh {
         let radius_m = self.radius_m;
         let [low_m, high_m] = [-longer_m[0], self.height_m + longer_m[1]];
@@ -167,7 +167,7 @@ mod tests {
         assert!(on(0.0) > 15 && on(0.030) > 15, "{} {}", on(0.0), on(0.030));
         let volume: f64 = body.tets.iter().map(|t| f64::from(t.volume_m3)).sum();
         let exact = cylinder.area_m2() * cylinder.height_m;
-        // A tetrahedron with a corner beyond a plate counts whole.
+        // A tetrahedron with a corner beyond a plate counts with its whole volume.
         assert!((volume / exact - 1.0).abs() < 0.08, "{volume} {exact}");
     }
 }

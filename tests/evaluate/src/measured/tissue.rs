@@ -1,5 +1,5 @@
-//! Organs and instruments beside published figures: what Calot gives when it is run under the same
-//! condition, and what it does not model.
+//! Compares published values of organs and instruments with Calot's results under the same
+//! condition. Also lists effects that Calot does not model.
 
 use rt_core::tool::{Capsule, Role};
 use scene_prepare::recipe::Material;
@@ -13,7 +13,7 @@ use super::{Bar, Row, grasp};
 use crate::body::{Tissue, V3};
 use crate::methods::{Parts, Surroundings};
 
-/// A piece of liver on a table, which an indenter presses.
+/// A piece of liver on a table, under an indenter.
 const PIECE: Cylinder = Cylinder {
     radius_m: 0.060,
     height_m: 0.050,
@@ -25,9 +25,9 @@ const DEPTHS_MM: [f64; 3] = [1.0, 3.0, 6.0];
 const SPEED_M_S: f64 = 0.02;
 /// Time for which the indenter stays at a depth before its force is read, s.
 const REST_S: f64 = 0.5;
-/// Time for which it is held at last, s.
+/// Time for which the last depth is held, s.
 const HOLD_S: f64 = 10.0;
-/// Share of its force by which a held press must fall to count as relaxation.
+/// Smallest relative fall of the force of a held press that counts as relaxation.
 const RELAXES: f64 = 0.02;
 /// A duct or vessel in tension.
 const TUBE: Cylinder = Cylinder {
@@ -35,25 +35,24 @@ const TUBE: Cylinder = Cylinder {
     height_m: 0.040,
 };
 const BEADS: usize = 20;
-/// Length of tube in each grip, m. Preparation makes the last beads thin, because they lie within
-/// the tube's round end.
+/// Length of tube in each grip, m. Preparation makes the last beads thin, because they lie in the
+/// tube's round end.
 const GRIPPED_M: f64 = 0.006;
-/// Strains between which the modulus of a tube is read. Below the first, its beads still come into
-/// line.
+/// Strains between which the modulus of a tube is measured. Below the first, its beads still align.
 const TUBE_STRAINS: [f64; 2] = [0.03, 0.06];
-/// Strain of solids at which a modulus is read.
+/// Strain of solids at which a modulus is measured.
 const SMALL_STRAIN: f64 = 0.02;
-/// Shear moduli, collected in one table.
+/// Source of the shear moduli: one table.
 const SHEAR: &str = "PMC6925591, Table 1";
 const KERDOK: &str = "Kerdok 2006, PMID 16126215";
 const BARRIE: &str = "Barrie, eprints.whiterose.ac.uk 87750";
 /// Time for which retracting surgeons hold bowel, s (same source).
 const RETRACT_S: f64 = 3.87;
 
-/// Measures, and adds what Calot does not model.
+/// Measures, and adds the rows of effects that Calot does not model.
 ///
 /// # Errors
-/// The message with which Calot refuses a specimen.
+/// Calot's message if it refuses a specimen.
 pub(super) fn run(quick: bool) -> Result<Vec<Row>, String> {
     let spheres = if quick { 250 } else { 581 };
     let mut rows = solids(spheres)?;
@@ -64,7 +63,7 @@ pub(super) fn run(quick: bool) -> Result<Vec<Row>, String> {
     Ok(rows)
 }
 
-/// Material of a kind of organ, as the built-in scenes have it.
+/// Material of a kind of organ in the built-in scenes.
 fn typical(kind: OrganKind) -> Tissue {
     let material = Material::typical(kind);
     Tissue {
@@ -159,7 +158,7 @@ fn tubes() -> Result<Vec<Row>, String> {
     ])
 }
 
-/// Presses a ball into a piece of liver, and holds it at last.
+/// Presses a ball into a piece of liver, and holds the last depth.
 fn indentation(spheres: usize) -> Result<Vec<Row>, String> {
     let liver = typical(OrganKind::Liver);
     let (body, skin) = PIECE.on_table(spheres, liver)?;
@@ -190,7 +189,7 @@ fn indentation(spheres: usize) -> Result<Vec<Row>, String> {
         for _ in 0..(REST_S * 1e3) as usize {
             first_n = at(to_m);
         }
-        // The modulus with which Hertz's law would give this force.
+        // Modulus for which Hertz's law gives this force.
         let hertz_pa = 0.75 * first_n * (1.0 - liver.poisson * liver.poisson)
             / (INDENTER_M.sqrt() * to_m.powf(1.5));
         rows.push(Row {
@@ -212,7 +211,7 @@ fn indentation(spheres: usize) -> Result<Vec<Row>, String> {
         last_n = at(from_m);
     }
     let lost = 1.0 - last_n / first_n;
-    // A time constant exists only where the force of a held press falls.
+    // A time constant exists only if the force of the held press falls.
     let constant_s = (lost > RELAXES).then(|| -HOLD_S / (1.0 - lost).ln());
     for published in [1.86, 51.3] {
         rows.push(Row {
@@ -254,7 +253,7 @@ fn retraction(seeds: u64) -> Result<Vec<Row>, String> {
             condition.clone(),
         )
     };
-    // The source gives root mean squares of less than 10 to 25 N.
+    // The source states root mean squares of less than 10 to 25 N.
     let rest = Row {
         published: 25.0 / 50.7,
         calot: (!left.is_empty()).then(|| statistics::median(&left)),

@@ -1,11 +1,11 @@
-//! Work that threads share.
+//! Distributes jobs to threads.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread::Builder;
 
 use crate::STACK_BYTES;
 
-/// Does `work` for every job, on as many threads as the machine runs at once. The results stand in
+/// Does `work` for every job, on as many threads as the machine runs in parallel. The results have
 /// the order of the jobs.
 ///
 /// # Errors

@@ -8,12 +8,12 @@ use crate::body::{Body, V3};
 
 type Stiffness = SMatrix<f32, 24, 24>;
 
-/// Iterations of the linear solver in a step, at most.
+/// Largest number of iterations of the linear solver in a step.
 const ITERATIONS_MAX: usize = 30;
 /// The solver stops when the residual's norm is at most this share of the right-hand side's norm.
 const TOLERANCE: f32 = 1e-3;
 
-/// The method's state. All cells are equal cubes, so one stiffness matrix serves them all.
+/// The method's state. All cells are equal cubes, so they have the same stiffness matrix.
 pub(crate) struct Hexahedra {
     stiffness: Stiffness,
     /// Derivatives of the shape functions in the middle of a cell, 1/m.
@@ -28,8 +28,8 @@ fn corner(i: usize) -> V3 {
     V3::new(side(0), side(1), side(2))
 }
 
-/// Derivatives of the eight shape functions by position, 1/m, at the point `at`. The coordinates of
-/// `at` run from −1 to 1 in the cube.
+/// Derivatives of the eight shape functions with respect to position, 1/m, at the point `at`. The
+/// coordinates of `at` run from −1 to 1 in the cube.
 fn slopes(at: &V3, edge_m: f32) -> [V3; 8] {
     std::array::from_fn(|i| {
         let c = corner(i);
@@ -65,8 +65,8 @@ impl Hexahedra {
         }
     }
 
-    /// Writes to `out` the product of the stiffness with a field, summed at the nodes. The
-    /// stiffness of each cell turns with the cell.
+    /// Writes to `out` the product of the stiffness and a field, summed at the nodes. The stiffness
+    /// of each cell rotates with the cell.
     fn apply(&self, body: &Body, field: &[V3], out: &mut [V3]) {
         out.fill(V3::zeros());
         for (cell, turn) in body.cells.iter().zip(&self.turned) {
@@ -102,7 +102,7 @@ impl Hexahedra {
         out
     }
 
-    /// Updates each cell's rotation from its last one.
+    /// Updates each cell's rotation, starting from its last rotation.
     fn turn(&mut self, body: &Body, u: &[V3]) {
         for (cell, turn) in body.cells.iter().zip(&mut self.turned) {
             let mut f = Matrix3::identity();
@@ -135,7 +135,7 @@ fn dot(a: &[V3], b: &[V3]) -> f32 {
 
 impl Method for Hexahedra {
     /// Solves `(M + dt² K) Δv = dt (f(u + dt v) + M g)` for the free nodes. `v` is the damped
-    /// velocity, `K` the stiffness of the turned cells, and `M` the masses.
+    /// velocity, `K` the stiffness of the rotated cells, and `M` the masses.
     fn step(&mut self, body: &Body, state: &mut State, env: &Env) {
         let (n, dt) = (body.rest_m.len(), env.dt_s);
         self.turn(body, &state.u_m);

@@ -6,7 +6,7 @@ use crate::body::{Body, V3};
 /// Springs on every edge. Together they are as stiff in shear as the tissue.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct MassSpring {
-    /// True for explicit Euler, the paper's comparator. Otherwise the new velocity moves the
+    /// True for explicit Euler, with which the paper compares. Otherwise the new velocity moves the
     /// position (semi-implicit).
     pub(crate) explicit: bool,
 }

@@ -1,6 +1,6 @@
-//! The methods on the chart, one file each. The published methods follow their equations in single
-//! precision, on one thread, without hand-written vector instructions. `product` runs Calot's own
-//! solvers.
+//! The methods on the chart, one module each. The published methods follow their equations in
+//! single precision, on one thread, without hand-written vector instructions. `product` runs
+//! Calot's own solvers.
 
 mod hexahedra;
 mod mass_spring;
@@ -39,9 +39,9 @@ pub(crate) struct State {
     pub(crate) pull_n: Vec<V3>,
     /// True if positions or velocities were changed from outside since the last step.
     pub(crate) is_edited: bool,
-    /// Number of spheres that the method found not finite or far away, and put back.
+    /// Number of spheres that the method put back, because they were not finite or far away.
     pub(crate) put_back: u32,
-    /// The ball that presses, at the end of the step.
+    /// The pressing ball at the end of the step.
     pub(crate) ball: Option<Ball>,
     /// Force on the ball, as a running mean over steps, N.
     pub(crate) ball_force_n: V3,
@@ -60,7 +60,7 @@ pub(crate) struct Ball {
 const FORCE_SHARE: f32 = 0.02;
 
 impl Ball {
-    /// Displacement that moves a sphere clear of the ball, m; `None` if they do not touch.
+    /// Displacement that moves a sphere out of the ball, m; `None` if they do not touch.
     pub(crate) fn pushes(&self, center_m: &V3, radius_m: f32) -> Option<V3> {
         let arm = center_m - self.center_m;
         let distance = arm.norm();
@@ -76,7 +76,7 @@ pub(crate) struct Env {
     pub(crate) dt_s: f32,
     /// Gravity, m/s².
     pub gravity_m_s2: V3,
-    /// Share of velocity lost per second.
+    /// Rate at which the velocity decays, 1/s.
     pub(crate) damping_per_s: f32,
 }
 
@@ -85,7 +85,7 @@ pub(crate) struct Env {
 pub(crate) struct Surroundings {
     /// Gravity, m/s².
     pub(crate) gravity_m_s2: V3,
-    /// Share of velocity lost per second.
+    /// Rate at which the velocity decays, 1/s.
     pub(crate) damping_per_s: f32,
 }
 
@@ -144,14 +144,14 @@ impl State {
         self.ball_force_n += (force_n - self.ball_force_n) * FORCE_SHARE;
     }
 
-    /// Displacement of a sphere as predicted and corrected so far, m.
+    /// Displacement of a sphere from rest, as predicted and corrected so far, m.
     #[inline]
     fn now(&self, i: usize) -> V3 {
         self.u_m[i] + self.d_m[i]
     }
 
-    /// Moves a sphere by `impulse` (kg m) times its inverse mass. For a held sphere the impulse
-    /// adds to the force on it.
+    /// Moves a sphere by `impulse` (kg m) times its inverse mass. If the sphere is held, the
+    /// impulse is added to the force on it.
     #[inline]
     fn push(&mut self, i: usize, impulse: V3, dt_s: f32) {
         self.d_m[i] += impulse * self.w_per_kg[i];
@@ -160,7 +160,7 @@ impl State {
         }
     }
 
-    /// First half of a step of position-based dynamics: the spheres fly freely.
+    /// First half of a step of position-based dynamics: moves the spheres without constraints.
     fn predict(&mut self, env: &Env) {
         let keep = 1.0 - env.damping_per_s * env.dt_s;
         for i in 0..self.u_m.len() {
@@ -173,7 +173,7 @@ impl State {
         }
     }
 
-    /// Second half of such a step: velocities follow from the displacements.
+    /// Second half of such a step: computes the velocities from the displacements.
     fn advance(&mut self, env: &Env) {
         for i in 0..self.u_m.len() {
             self.v_m_s[i] = self.d_m[i] / env.dt_s;
@@ -196,14 +196,14 @@ pub(crate) enum Way {
     Springs,
     /// The paper's inner spheres as Calot computes them: stiffness and iterations.
     Paper(f32, u32),
-    /// Position-based stretching of the edges, corrected by this share, and volumes of the
-    /// tetrahedra.
+    /// Position-based dynamics: stretch of the edges, of which each step corrects this share, and
+    /// volumes of the tetrahedra.
     StretchVolume(f32),
     /// Compliant springs and volumes.
     XpbdSprings,
     /// Calot's neo-Hookean solid.
     Ours,
-    /// Calot's tetrahedra, each projected once a step from zero multipliers.
+    /// Calot's tetrahedra, each projected once per step, starting from zero multipliers.
     FromZero,
     /// Implicit corotational hexahedra, on a body of their own.
     Hexahedra,
@@ -226,7 +226,7 @@ impl Way {
         }
     }
 
-    /// Settings of the method in words; empty if everything follows from the material.
+    /// Settings of the method in words; empty if the material determines everything.
     pub(crate) fn setting(self) -> String {
         match self {
             Self::Paper(k, n) => format!("k = {k:.4}, {n} iterations"),
@@ -248,11 +248,10 @@ impl Way {
         }
     }
 
-    /// Parts that the method borrows, if it borrows any. Only Calot's method collides with tools at
-    /// a contact skin, if there is one.
+    /// Parts that the method borrows, if it borrows any. Only Calot's method uses the contact skin.
     ///
     /// # Errors
-    /// The message with which Calot refuses the scene.
+    /// Calot's message if it refuses the scene.
     pub(crate) fn parts(
         self,
         body: &Body,
@@ -274,7 +273,7 @@ impl Way {
     /// The method, ready for its first step.
     ///
     /// # Errors
-    /// The message with which Calot refuses the scene.
+    /// Calot's message if it refuses the scene.
     pub(crate) fn method<'a>(
         self,
         body: &Body,
@@ -452,7 +451,7 @@ mod tests {
         assert!((body.growth(&state.u_m) - growth).abs() < 0.01);
     }
 
-    /// Explicit Euler, with which the paper compares, gains energy and blows up.
+    /// Explicit Euler, with which the paper compares its method, gains energy and becomes unstable.
     #[test]
     fn explicit_euler_blows_up_where_the_semi_implicit_one_does_not() {
         let body = bar();

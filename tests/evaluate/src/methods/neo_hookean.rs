@@ -1,6 +1,6 @@
-//! Stable neo-Hookean tetrahedra whose volume and shear are solved together (Macklin and Müller
-//! 2021), in one pass a step from zero multipliers. Calot begins each step with the impulses
-//! of the last one instead.
+//! Stable neo-Hookean tetrahedra (Macklin and Müller 2021). Volume and shear are solved together,
+//! in one pass per step that starts from zero multipliers. Calot starts each step from the impulses
+//! of the last step instead.
 
 use rt_core::tissue::neo_hookean::STIFFNESS_SHARE;
 
@@ -8,7 +8,7 @@ use super::xpbd_springs::spring;
 use super::{Env, Method, State};
 use crate::body::{Body, V3, cofactor};
 
-/// The method has no settings: everything follows from E, ν, the step, and Calot's share of E.
+/// The method has no settings: E, ν, the step and Calot's share of E determine everything.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct NeoHookean;
 
@@ -44,8 +44,7 @@ impl Method for NeoHookean {
             }
             let draw = 0.1_f32.min(-10.0 * f.determinant());
             if draw > 0.0 {
-                // The tetrahedron is inside out, so its corners are drawn together around their
-                // centre.
+                // The tetrahedron is inverted, so its corners are moved towards their centre.
                 let mean = tet.nodes.iter().map(|&n| state.now(n)).sum::<V3>() / 4.0;
                 let weights = tet.nodes.map(|n| state.w_per_kg[n]);
                 let lightest = weights.into_iter().fold(1e-6, f32::max);

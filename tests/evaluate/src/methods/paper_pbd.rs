@@ -1,4 +1,5 @@
-//! The paper's inner-sphere method: stretching and fixed Laplacian vectors (paper Eq. 3–8).
+//! The paper's inner-sphere method: stretch constraints and fixed Laplacian vectors (paper Eq.
+//! 3–8).
 
 use super::{Env, Method, State};
 use crate::body::{Body, V3};

@@ -60,8 +60,9 @@ impl Plan {
     }
 }
 
-/// Largest stiffness number `E dt² / (ρ h²)` of a substep at which one solver pass gives the
-/// material's stiffness within 3 %. `dt`: length of the substep, s; `h`: spacing of the spheres, m.
+/// Largest dimensionless stiffness `E dt² / (ρ h²)` for which one solver pass per substep gives the
+/// material's stiffness within 3 %. `dt` is the length of the substep, s, and `h` the spacing of
+/// the spheres, m.
 const STIFFNESS_NUMBER_MAX: f64 = 0.2;
 
 impl Parts {
@@ -172,7 +173,7 @@ impl Parts {
         self
     }
 
-    /// Takes the tissue's viscosity away.
+    /// Removes the tissue's viscosity.
     pub(crate) fn without_viscosity(mut self) -> Self {
         for organ in &mut self.plan.organs {
             organ.material.retardation_s = 0.0;
@@ -228,7 +229,7 @@ impl Parts {
         self.plan.scene()
     }
 
-    /// The tissue at rest, without the wrapping of a [`Method`].
+    /// The tissue at rest, without the wrapper of a [`Method`].
     ///
     /// # Errors
     /// The scene is invalid.

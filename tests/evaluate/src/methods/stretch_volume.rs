@@ -1,4 +1,5 @@
-//! Position-based dynamics with stretching and tetrahedron volumes (the paper's comparator).
+//! Position-based dynamics with edge stretch and tetrahedron volumes. The paper compares its method
+//! with this one.
 
 use super::paper_pbd::stretch;
 use super::{Env, Method, State};
@@ -11,8 +12,8 @@ pub(crate) struct StretchVolume {
     pub(crate) stiffness: f32,
 }
 
-/// Runs one pass of `det F = 1` over all tetrahedra with compliance `1 / (κ V)`. With infinite κ
-/// the pass corrects each volume in full.
+/// Runs one pass over all tetrahedra of the constraint `det F = 1` with compliance `1 / (κ V)`.
+/// With infinite κ the pass corrects each volume in full.
 pub(super) fn volume(body: &Body, state: &mut State, kappa_pa: f32, dt_s: f32) {
     for tet in &body.tets {
         let f = Body::gradient(tet, |n| state.now(n));

@@ -1,12 +1,12 @@
-//! Compliant springs and tetrahedron volumes (XPBD, Macklin et al. 2016). Stiffnesses follow from E
-//! and ν.
+//! Compliant springs and tetrahedron volumes (XPBD, Macklin et al. 2016). E and ν determine the
+//! stiffnesses.
 
 use super::stretch_volume::volume;
 use super::{Env, Method, State, edge_stiffness};
 use crate::body::Body;
 
-/// Springs resist shear (a network of springs has ν = 1/4), volumes resist the rest. Each step
-/// makes one pass.
+/// Springs resist shear; a network of springs has ν = 1/4. The volume constraints add the rest of
+/// the resistance to compression. Each step makes one pass.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct XpbdSprings;
 

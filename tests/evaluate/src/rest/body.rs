@@ -1,4 +1,4 @@
-//! Bodies that are laid to rest: their surfaces, as files that a recipe names.
+//! Bodies for the tests of rest: their surfaces, as files for a recipe.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -79,7 +79,7 @@ impl Form {
         }
     }
 
-    /// The surface, turned by this rotation about its middle.
+    /// The surface, rotated about its middle.
     fn surface(self, turn: &Rotation3<f64>) -> Mesh {
         let half = self.half_m();
         let thinnest = match self {
@@ -97,7 +97,7 @@ impl Form {
         )
     }
 
-    /// Writes the surface, turned about an oblique axis, as an OBJ file into a folder. Returns the
+    /// Writes the surface, rotated about an oblique axis, as an OBJ file into a folder. Returns the
     /// file's name.
     ///
     /// # Errors

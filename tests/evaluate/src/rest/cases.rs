@@ -6,7 +6,7 @@ use scene_prepare::Recipe;
 
 use super::body::Form;
 
-/// A recipe to be laid to rest.
+/// A recipe whose tissue must come to rest.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Case {
     /// Swept quantity, with its unit.
@@ -41,7 +41,7 @@ struct Body {
     young_pa: f64,
     poisson: f64,
     density_kg_m3: f64,
-    /// Damping of the velocity, 1/s, and retardation time, s, unless they are typical.
+    /// Damping of the velocity, 1/s, and retardation time, s; `None` for typical values.
     damping: Option<[f64; 2]>,
     gravity_share: f64,
     gravity_m_s2: [f64; 3],
@@ -51,7 +51,7 @@ struct Body {
 }
 
 impl Default for Body {
-    /// A cube as soft as liver, held at its base, with its whole weight.
+    /// A cube as soft as liver, held at its base, under its full weight.
     fn default() -> Self {
         Self {
             form: Form::Cube,
@@ -71,7 +71,8 @@ impl Default for Body {
 /// The lowest sixth is held.
 const BASE: &str = "{ base = 0.17 }";
 
-/// Every case, sweep by sweep. A quick run has the ends of each sweep.
+/// All cases, sweep by sweep. A quick run has the first and the last case of each sweep, if they
+/// are small.
 pub(super) fn all(quick: bool) -> Vec<Case> {
     let sweeps = [
         moduli(),
@@ -274,7 +275,7 @@ impl Case {
         format!("rest {}: {}", self.sweep, self.value)
     }
 
-    /// True for a case of seconds.
+    /// True for a case that takes seconds.
     fn is_small(&self) -> bool {
         match &self.what {
             What::Body(body) => body.spheres <= 600,
@@ -335,7 +336,8 @@ impl Body {
     }
 }
 
-/// A held cube, and a ball that hangs below it by a band. The ball's file is the cube's neighbour.
+/// A held cube, and a ball that hangs below it by a band. The ball's file is written beside the
+/// cube's.
 fn hanging(densities: &[f64; 2], folder: &Path) -> Result<String, String> {
     let [above, below] = densities;
     let cube = Form::Cube.write(folder, 0.0)?;

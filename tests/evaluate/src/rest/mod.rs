@@ -1,7 +1,7 @@
-//! Tissue at rest: one value of a recipe at a time is swept over all that a recipe allows. Every
-//! organ must be still 5 s after it was loaded, pressed, released, pulled and let go.
+//! Tissue at rest. Each sweep varies one value of a recipe over its allowed range. Every organ must
+//! be still 5 s after it was loaded, pressed, released, pulled and let go.
 //!
-//! The product's own parts do everything: preparation, simulation, devices and hand.
+//! All parts are the product's own: preparation, simulation, devices and hand.
 
 mod body;
 mod cases;
@@ -35,7 +35,7 @@ impl Row {
     }
 }
 
-/// Lays every case whose name contains `only` to rest. Surfaces are written to `out`/bodies.
+/// Runs every case whose name contains `only`. Surfaces are written to `out`/bodies.
 ///
 /// # Errors
 /// When a surface cannot be written or a scene cannot be run, in words.
@@ -134,7 +134,7 @@ pub(crate) fn section(rows: &[Row]) -> Section {
 mod tests {
     use super::*;
 
-    /// One case of each kind; `evaluate rest` has all.
+    /// Tests a few common cases; `evaluate rest` runs all.
     #[test]
     fn bodies_of_common_tissue_rest() {
         let folder = tempfile::tempdir().expect("a folder");

@@ -1,4 +1,5 @@
-//! One recipe: prepared as the product prepares it, worked by a hand, and watched while it rests.
+//! One trial: prepares a recipe as the product does, lets a hand work on it, and measures its speed
+//! at rest.
 
 use glam::Vec3;
 use rt_process::rehearsal::{Rehearsal, rehearse};
@@ -20,7 +21,7 @@ const PRESS_M: f32 = 0.005;
 /// Depth of the bite, and length of the pull, m.
 const BITE_M: f32 = 0.003;
 const PULL_M: f32 = 0.015;
-/// Seed of the place at which the hand works.
+/// Seed that chooses the place at which the hand works.
 const SEED: u64 = 1;
 
 /// A state in which the tissue must rest.
@@ -63,9 +64,9 @@ impl After {
 /// Result of a trial.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Found {
-    /// Preparation refused the recipe, with these words.
+    /// Preparation refused the recipe with this message.
     Refused(String),
-    /// Tissue moved with these largest speeds after 5 s.
+    /// Largest speeds of the tissue after 5 s.
     Moved(Speeds),
 }
 
@@ -74,11 +75,12 @@ pub(super) enum Found {
 pub(super) struct Speeds {
     /// In the order of [`After::ALL`], m/s.
     pub(super) after_m_s: [f32; 5],
-    /// Largest speed of the handle at the end of each rest, m/s: a hand that moves moves tissue.
+    /// Largest speed of the handle at the end of each rest, m/s. A moving hand also moves the
+    /// tissue.
     pub(super) hand_m_s: [f32; 5],
     /// Warnings of the preparation.
     pub(super) warnings: Vec<String>,
-    /// True if the product itself told that an organ shakes.
+    /// True if the product itself reported that an organ shakes.
     pub(super) told: bool,
     /// True if the jaws held tissue.
     pub(super) held: bool,
@@ -86,7 +88,7 @@ pub(super) struct Speeds {
     pub(super) spheres: usize,
 }
 
-/// Speeds of the spheres, from their places in frames.
+/// Measures the speeds of the spheres from their positions in consecutive frames.
 struct Watch {
     before: Vec<[f32; 3]>,
     before_tick: u64,
@@ -199,7 +201,7 @@ fn worked(scene: &SceneFile, rehearsal: &mut Rehearsal<'_>) -> ([[f32; 2]; 5], W
 }
 
 impl After {
-    /// Moves the hand so that this state follows the one before.
+    /// Moves the hand from the previous state to this one.
     fn act(self, hand: &mut SeededHand<'_, '_>, place: &Place) {
         let out = -place.inwards;
         match self {

@@ -1,5 +1,5 @@
-//! Stability cases, one function each. A function says if a method survives at one value of the
-//! swept quantity.
+//! Stability cases, one function each. The function returns true if a method survives one value of
+//! the swept quantity.
 
 use nalgebra::{Rotation3, Unit};
 
@@ -14,13 +14,13 @@ pub(crate) struct Case {
     pub(crate) name: &'static str,
     /// Unit of the swept quantity.
     pub(crate) unit: &'static str,
-    /// The sweep: from a harmless value to the one that has to be survived.
+    /// The sweep: from a harmless value to the value that a method should survive.
     pub(crate) sweep: [f64; 2],
-    /// True if a method survives at a value.
+    /// Returns true if a method survives a value.
     pub(crate) survives: fn(&Lab, Way, f64) -> bool,
 }
 
-/// Every case in the chart's order.
+/// All cases, in the chart's order.
 pub(crate) const ALL: [Case; 16] = [
     case("time step", "ms", [0.25, 16.0], time_step),
     case(
@@ -69,7 +69,7 @@ const fn case(
     }
 }
 
-/// Pseudo-random numbers, the same in every run (xorshift).
+/// Pseudo-random numbers, equal in every run (xorshift).
 struct Dice(u64);
 
 impl Dice {
@@ -132,7 +132,7 @@ fn stiffness(lab: &Lab, way: Way, kpa: f64) -> bool {
     pulled.unwrap_or(false)
 }
 
-/// The organ hangs from its thicker half. It must neither blow up nor fall off.
+/// The organ hangs from its thicker half. It must neither become unstable nor fall off.
 fn mass_ratio(lab: &Lab, way: Way, ratio: f64) -> bool {
     let mut body = lab.body(way).clone();
     // The total mass stays the same. Every second sphere has `ratio` times the mass of the others.
@@ -145,12 +145,12 @@ fn mass_ratio(lab: &Lab, way: Way, ratio: f64) -> bool {
     hung.unwrap_or(false)
 }
 
-/// The organ is turned as a whole, with its holds. It must stay so within 1 mm.
+/// The whole organ is rotated, with its holds. It must stay in this pose within 1 mm.
 fn rotation(lab: &Lab, way: Way, degrees: f64) -> bool {
     let stand = lab.stand(way);
     let axis = Unit::new_normalize(V3::new(0.3, 1.0, 0.2));
     let stays = stand.run(way, |rig| {
-        // Turn step by step, so that a method that follows rotations can follow.
+        // Rotate step by step, so that a method that tracks rotations can follow.
         let steps = (degrees / 3.0).ceil().max(1.0) as usize;
         for step in 1..=steps + 300 {
             let share = step.min(steps) as f32 / steps as f32;
@@ -204,8 +204,8 @@ fn spin(lab: &Lab, way: Way, rad_s: f64) -> bool {
     keeps.unwrap_or(false)
 }
 
-/// Momentum, angular momentum about `centre`, kinetic energy, and the sum of the spheres' momenta
-/// as lengths.
+/// Magnitudes of momentum and of angular momentum about `centre`, kinetic energy, and the sum of
+/// the magnitudes of the spheres' momenta.
 fn motion(rig: &Rig<'_>, centre: &V3) -> [f64; 4] {
     let (mut p, mut l) = (
         nalgebra::Vector3::<f64>::zeros(),
@@ -260,7 +260,7 @@ fn tool(lab: &Lab, way: Way, speed: f64) -> bool {
     back.unwrap_or(false)
 }
 
-/// Puts every free sphere to a place and lets it go.
+/// Places every free sphere and lets it go.
 fn released(lab: &Lab, way: Way, to: impl Fn(usize, &V3) -> V3) -> bool {
     let back = lab.stand(way).run(way, |rig| {
         rig.place(&to);
@@ -278,8 +278,8 @@ fn point(lab: &Lab, way: Way, share: f64) -> bool {
     released(lab, way, |_, x| (lab.middle_m - x) * share as f32)
 }
 
-/// Every sphere is put this share of the way to another sphere's place. The method must survive
-/// three shuffles.
+/// Every sphere is moved by this share of the way to another sphere's position. The method must
+/// survive three such shuffles.
 fn scrambled(lab: &Lab, way: Way, share: f64) -> bool {
     let mut dice = Dice::new();
     let rest = &lab.body(way).rest_m;
@@ -301,8 +301,8 @@ fn slivers(lab: &Lab, way: Way, times: f64) -> bool {
     back.unwrap_or(false)
 }
 
-/// A hook appears in one tick, at this share of the way from outside a duct to its middle. It stays
-/// for 50 ticks and disappears.
+/// A hook appears within one tick, at this share of the way from outside a duct to its middle. It
+/// stays for 50 ticks and disappears.
 fn duct(lab: &Lab, way: Way, share: f64) -> bool {
     let body = &lab.duct;
     let ends = |x: &V3| x.x < -0.017 || x.x > 0.017;
@@ -315,8 +315,8 @@ fn duct(lab: &Lab, way: Way, share: f64) -> bool {
     back.unwrap_or(false)
 }
 
-/// Four neighbouring spheres are led through each other, held until one second has passed, and let
-/// go. (If they are led by 100 mm, five times their spacing, the tissue stays in a knot in which no
+/// Four neighbouring spheres are moved through each other, held until one second has passed, and
+/// let go. (After 100 mm, five times their spacing, the tissue would stay in a knot in which no
 /// tetrahedron is inverted.)
 fn conflict(lab: &Lab, way: Way, mm: f64) -> bool {
     let stand = lab.stand(way);
@@ -342,8 +342,8 @@ fn conflict(lab: &Lab, way: Way, mm: f64) -> bool {
     back.unwrap_or(false)
 }
 
-/// While the organ is stretched, a share of its tetrahedra and edges is removed. What is left may
-/// hang loose, but it must not fly away.
+/// While the organ is stretched, a share of its tetrahedra and edges is removed. The rest may hang
+/// loose, but it must not fly away.
 fn cut(lab: &Lab, way: Way, share: f64) -> bool {
     let stand = lab.stand(way);
     let before = stand.run(way, |rig| {

@@ -1,4 +1,4 @@
-//! `evaluate stability`: every method in every case, with its limit.
+//! `evaluate stability`: tests every method in every case, and finds its limit.
 
 mod cases;
 mod rig;
@@ -25,7 +25,7 @@ pub(crate) struct Row {
     pub(crate) method: String,
     /// True if it survives the whole sweep.
     pub(crate) survived: bool,
-    /// Largest value that the method survives; `None` if it does not survive the smallest.
+    /// Largest value that the method survives; `None` if it does not survive the smallest value.
     pub(crate) limit: Option<f64>,
     /// Unit of the limit.
     pub(crate) unit: &'static str,
@@ -33,7 +33,7 @@ pub(crate) struct Row {
     pub(crate) share: f64,
 }
 
-/// The bodies on which the cases are tried.
+/// The bodies for the tests.
 pub(crate) struct Lab {
     spheres: Body,
     cubes: Body,
@@ -52,7 +52,7 @@ const DUCT_PA: f64 = 50e3;
 const DUCT_M: [f64; 2] = [1e-3, 20e-3];
 
 impl Lab {
-    /// Makes the bodies: a liver of about `spheres` spheres, the same liver of cubes, and a duct.
+    /// Makes the bodies: a liver of about `spheres` spheres, that liver made of cubes, and a duct.
     ///
     /// # Errors
     /// When a body cannot be packed. The error gives the reason in words.
@@ -111,7 +111,7 @@ impl Lab {
         self.along(way, |x| x < 0.58)
     }
 
-    /// Marks the spheres of the end that is grasped.
+    /// Marks the spheres of the grasped end.
     fn moved(&self, way: Way) -> Vec<bool> {
         self.along(way, |x| x > 0.85)
     }
@@ -120,9 +120,9 @@ impl Lab {
         Stand::new(self.body(way), self.fixed(way))
     }
 
-    /// Copy of the body with slivers. Every eighth tetrahedron is divided by a new sphere near the
-    /// middle of a face. The new tetrahedron on this face is lower than the divided one by the
-    /// factor `times`.
+    /// Copy of the body with slivers. Every eighth tetrahedron is divided at a new sphere near the
+    /// middle of a face. The height of the new tetrahedron on this face is that of the divided one,
+    /// divided by `times`.
     fn with_slivers(&self, way: Way, times: f64) -> Body {
         let body = self.body(way);
         if way == Way::Hexahedra {
@@ -142,7 +142,7 @@ impl Lab {
                 tets.push((t.nodes, volume));
                 continue;
             }
-            // Barycentric place of the new sphere, near the face opposite the last corner.
+            // Barycentric coordinates of the new sphere, near the face opposite the last corner.
             let flat = 1.0 / times;
             let place = [
                 (1.0 - flat) / 3.0,
@@ -261,9 +261,9 @@ pub(crate) fn csv(rows: &[Row]) -> String {
 mod tests {
     use super::*;
 
-    /// In the quick run Calot survives every case except “scrambled”, and other methods fail. The
-    /// tissue of 80 scrambled spheres gets into a knot in which no tetrahedron is inverted (that of
-    /// 250 does not). Such a knot stays in any elastic solid.
+    /// In the quick run Calot survives every case except “scrambled”, and other methods fail. With
+    /// 80 scrambled spheres, the tissue forms a knot in which no tetrahedron is inverted; with 250
+    /// it does not. Such a knot stays in any elastic solid.
     #[test]
     fn ours_survives_where_others_fail() {
         let rows = run(true, "").expect("a run");

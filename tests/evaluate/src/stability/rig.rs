@@ -1,17 +1,17 @@
-//! A body on the test stand. Tests hold it, lead it, hit it and let it go.
+//! A body in a test rig. Tests hold it, move it, hit it and let it go.
 
 use crate::body::{Body, V3};
 use crate::methods::{Env, Method, State, Surroundings, Way};
 
 /// Length of a tick, s.
 pub(super) const TICK_S: f32 = 1e-3;
-/// Share of velocity lost per second, unless a test sets another.
+/// Rate at which the velocity decays, 1/s, unless a test sets another.
 pub(super) const DAMPING_PER_S: f32 = 20.0;
-/// A body has come back when no sphere is farther from rest than this, m.
+/// A body has come back when no sphere is farther from its rest position than this, m.
 const BACK_M: f32 = 5e-4;
-/// A body gets at least this many ticks to come back.
+/// Smallest number of ticks in which a body may come back.
 const BACK_TICKS: usize = 6000;
-/// A body gets at least this long to come back, s.
+/// Shortest time in which a body may come back, s.
 const BACK_S: f32 = 6.0;
 
 /// A body with its supports and loads.
@@ -46,9 +46,9 @@ impl<'a> Stand<'a> {
         let substeps = way.substeps();
         let mut dt_s = self.dt_s / substeps as f32;
         if matches!(way, Way::Ours | Way::Paper(..)) {
-            // Calot's tick is 1 ms. Another length is replaced by scaled stiffness, damping and
-            // gravity, because only E dt², c dt (c is the damping) and g dt² count. The scene's
-            // check bounds these values.
+            // Calot's tick is always 1 ms. For another time step, stiffness, damping and gravity
+            // are scaled instead, because only E dt², c dt (c is the damping) and g dt² matter. The
+            // scene's check limits these values.
             let ratio = self.dt_s / TICK_S;
             body.tissue.young_pa *= f64::from(ratio * ratio);
             around.gravity_m_s2 *= ratio * ratio;
@@ -88,7 +88,7 @@ pub(super) struct Rig<'a> {
 }
 
 impl Rig<'_> {
-    /// Runs one tick. False if the state is not sound ([`Self::is_sound`]).
+    /// Runs one tick. Returns [`Self::is_sound`].
     pub(super) fn tick(&mut self) -> bool {
         for _ in 0..self.substeps {
             self.method.step(self.body, &mut self.state, &self.env);
@@ -99,7 +99,7 @@ impl Rig<'_> {
         self.is_sound()
     }
 
-    /// Runs this many ticks. False if one of them fails.
+    /// Runs this many ticks. Returns false, and stops, if one of them fails.
     pub(super) fn ticks(&mut self, count: usize) -> bool {
         (0..count).all(|_| self.tick())
     }
@@ -129,7 +129,7 @@ impl Rig<'_> {
         u.iter().all(|u| within(u, 10.0)) && v.iter().all(|v| within(v, 1e6))
     }
 
-    /// The farthest sphere's distance from rest, m.
+    /// Largest distance of a sphere from its rest position, m.
     pub(super) fn farthest_m(&self) -> f32 {
         self.state.u_m.iter().map(|u| u.norm()).fold(0.0, f32::max)
     }
@@ -157,7 +157,8 @@ impl Rig<'_> {
         }
     }
 
-    /// Leaves the body alone. True if every sphere comes back to its place at rest, within 0.5 mm.
+    /// Leaves the body alone. Returns true if every sphere comes back to its rest position within
+    /// 0.5 mm.
     pub(super) fn comes_back(&mut self) -> bool {
         self.ball = None;
         for i in 0..self.back_ticks {

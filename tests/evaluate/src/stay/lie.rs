@@ -1,4 +1,4 @@
-//! Where the spheres of a scene lie, and what has changed since they lay at rest.
+//! Places of the spheres of a scene, and what has changed since they were at rest.
 
 use glam::{Mat3, Vec3};
 use shared_mem::message::{SphereState, StateFrame};
@@ -94,9 +94,8 @@ impl<'a> Lie<'a> {
             for b in a + 1..count {
                 if self.are_apart(a, b) {
                     let both_m = radius_m(a) + radius_m(b);
-                    let overlap_m = |lie: &Self| {
-                        (both_m - lie.places_m[a].distance(lie.places_m[b])).max(0.0)
-                    };
+                    let overlap_m =
+                        |lie: &Self| (both_m - lie.places_m[a].distance(lie.places_m[b])).max(0.0);
                     let grown_m = overlap_m(self) - overlap_m(before);
                     worst.add(grown_m, [self.organ[a], self.organ[b]]);
                 }

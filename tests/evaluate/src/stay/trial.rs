@@ -1,10 +1,10 @@
-//! A hand that works at one place of an organ, and where everything lies afterwards.
+//! A hand works at one place of an organ and leaves. Then everything is measured.
 
 use std::cell::RefCell;
 
 use glam::{Quat, Vec3};
 use rt_process::rehearsal::{Rehearsal, rehearse};
-use shared_mem::message::StateFrame;
+use shared_mem::message::{SphereState, StateFrame};
 use shared_mem::scene::SceneFile;
 use shared_mem::words::{EventKind, Instrument};
 
@@ -19,8 +19,14 @@ const REST_TICKS: u64 = 2000;
 const LOOK_TICKS: u64 = 100;
 /// Ticks between two frames.
 const LOOK_EVERY: u64 = 4;
-/// Distance from the skin at which a tool touches nothing, m.
+/// Distance of the tip from the place before and after the work, towards the port, m.
 const AWAY_M: f32 = 0.025;
+/// Way towards the port before the tip moves aside, m.
+const OUT_M: f32 = 0.060;
+/// Distance of a place's line to the port from every other organ, m: a shaft of 5 mm and some room.
+const FREE_M: f32 = 0.004;
+/// Places that are tried until one can be reached.
+const TRIES: usize = 200;
 /// Depth of a press, m.
 const PRESS_M: f32 = 0.008;
 /// Depth of a sweep and its length along the skin, m.
@@ -51,9 +57,16 @@ impl Work {
         }
     }
 
-    fn act(self, hand: &mut SeededHand<'_, '_>, at: &Place, seeded: &mut Seeded) {
+    fn act(self, hand: &mut SeededHand<'_, '_>, port_m: Vec3, at: &Place, seeded: &mut Seeded) {
         let into = |deep_m: f32| at.at_m + at.inwards * deep_m;
-        hand.go(into(-AWAY_M));
+        let back_m = |from_m: Vec3, way_m: f32| {
+            let to_port = (port_m - from_m).normalize_or_zero();
+            from_m + to_port * way_m
+        };
+        let start_m = hand.tip_m();
+        hand.go(back_m(start_m, OUT_M));
+        hand.go(back_m(at.at_m, OUT_M));
+        hand.go(back_m(at.at_m, AWAY_M));
         hand.take_up(Instrument::Grasper);
         hand.wait(100);
         match self {
@@ -72,15 +85,16 @@ impl Work {
                 let [deep_m, long_m] = SWEEP_M;
                 hand.go(into(deep_m));
                 hand.go(into(deep_m) + along * long_m);
-                hand.go(into(-AWAY_M) + along * long_m);
             }
         }
         hand.wait(200);
-        hand.go(into(-AWAY_M));
+        hand.go(back_m(at.at_m, OUT_M));
+        hand.go(back_m(start_m, OUT_M));
+        hand.leave();
     }
 }
 
-/// Where everything lies 2 s after the hand has left.
+/// State of all organs 2 s after the hand has left.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Found {
     /// Largest speed of a sphere, m/s.
@@ -97,6 +111,8 @@ pub(super) struct Found {
     pub(super) is_told: bool,
     /// True if the jaws held tissue.
     pub(super) is_held: bool,
+    /// True if the tool still touches tissue: other organs caught it on its way out.
+    pub(super) is_touched: bool,
 }
 
 /// Speeds from the places in frames, and what events tell.
@@ -146,7 +162,22 @@ impl Watch {
     }
 }
 
-/// Works at a place of an organ; `None` if no place of the organ faces the instrument's port.
+/// True if no other organ lies between a place and the instrument's port.
+fn is_reached(scene: &SceneFile, organ: usize, at: &Place) -> bool {
+    let port_m = Vec3::from(scene.room().instrument_port_m);
+    let [first, count] = scene.organs()[organ].spheres.map(|x| x as usize);
+    let others = scene.spheres().iter().enumerate();
+    let mut others = others.filter(|(i, _)| !(first..first + count).contains(i));
+    let way_m = at.at_m - port_m;
+    others.all(|(_, sphere)| {
+        let center_m = Vec3::from(sphere.center_m);
+        let share = (center_m - port_m).dot(way_m) / way_m.length_squared();
+        let nearest_m = port_m + way_m * share.clamp(0.0, 1.0);
+        nearest_m.distance(center_m) > sphere.radius_m + FREE_M
+    })
+}
+
+/// Works at a place of an organ; `None` if the instrument can reach no place of it from the port.
 ///
 /// # Errors
 /// When the scene cannot be run, in words.
@@ -157,7 +188,8 @@ pub(super) fn run(
     seed: u64,
 ) -> Result<Option<Found>, String> {
     let mut seeded = Seeded::new(seed);
-    let Some(at) = place(scene, organ, &mut seeded) else {
+    let mut places = (0..TRIES).filter_map(|_| place(scene, organ, &mut seeded));
+    let Some(at) = places.find(|it| is_reached(scene, organ, it)) else {
         return Ok(None);
     };
     let manner = Manner::ALL[usize::from(seeded.share() < 0.5)];
@@ -179,16 +211,22 @@ fn worked(
     let newest = RefCell::new(bytemuck::zeroed_box::<StateFrame>());
     let mut see = |rehearsal: &mut Rehearsal<'_>| {
         watch.borrow_mut().see(rehearsal);
-        newest.borrow_mut().clone_from(&Box::new(*rehearsal.state()));
+        newest
+            .borrow_mut()
+            .clone_from(&Box::new(*rehearsal.state()));
     };
     let mut hand = SeededHand::new(rehearsal, manner, LOOK_EVERY, &mut see);
     hand.wait(LOAD_TICKS);
     let before = Lie::new(scene, &newest.borrow());
-    work.act(&mut hand, at, seeded);
+    let port_m = Vec3::from(scene.room().instrument_port_m);
+    work.act(&mut hand, port_m, at, seeded);
     hand.wait(REST_TICKS - LOOK_TICKS);
     watch.borrow_mut().is_looking = true;
     hand.wait(LOOK_TICKS);
     let after = Lie::new(scene, &newest.borrow());
+    let newest = newest.borrow();
+    let mut spheres = newest.spheres().unwrap_or(&[]).iter();
+    let is_touched = spheres.any(|it| it.bits & SphereState::CONTACT != 0);
     let watch = watch.borrow();
     Found {
         speed_m_s: watch.speed_m_s,
@@ -198,5 +236,6 @@ fn worked(
         is_torn: watch.is_torn,
         is_told: watch.is_told,
         is_held: watch.is_held,
+        is_touched,
     }
 }

@@ -1,4 +1,4 @@
-//! The skin as the display draws it, and what is wrong with it in a frame.
+//! The skin that the display draws, and its faults in a frame.
 
 use std::collections::BTreeMap;
 
@@ -16,22 +16,22 @@ use super::walls::opposites;
 
 /// An edge that is longer than this multiple of its length at rest counts as stretched.
 const STRETCHED: f32 = 2.5;
-/// Edges that are shorter at rest never count as stretched, m: their ends differ by rounding.
+/// Edges that are shorter than this at rest never count as stretched, m, because their ends differ
+/// only by rounding.
 const EDGE_MIN_M: f32 = 2e-4;
 /// Neighbours count as folded if the cosine of the angle between their normals is below this
 /// (120°).
 const FOLDED: f32 = -0.5;
-/// Neighbours whose normals have a smaller cosine at rest are not judged for folds.
+/// Neighbours whose normals have a smaller cosine at rest are not tested for folds.
 const SHARP_AT_REST: f32 = 0.0;
-/// Area of a triangle below which its normal is not judged, m²: 0.2 mm on a side. In a picture of
-/// 70° from 5 cm, such a triangle is about two pixels wide.
+/// Area of a triangle below which its normal is ignored, m²: sides of 0.2 mm. In a picture with a
+/// field of view of 70° from 5 cm, such a triangle is about two pixels wide.
 const AREA_MIN_M2: f32 = 2e-8;
-/// Depth by which opposite walls count as passed, m.
+/// Depth from which opposite walls count as having passed through each other, m.
 const PASSED_M: f32 = 2e-4;
-/// Distance from a cut or tear within which tissue is not judged, m.
+/// Distance from a cut or tear within which faults of the tissue do not count, m.
 const CUT_M: f32 = 0.015;
-/// Distance from a dent's middle up to which triangles are searched, beyond half the dent's length,
-/// m.
+/// Triangles are searched up to this distance plus half the dent's length from a dent's middle, m.
 const NEAR_M: f32 = 0.012;
 
 /// Faults of one organ in one frame.
@@ -45,8 +45,8 @@ pub(crate) struct Faults {
 }
 
 impl Faults {
-    /// One number to compare frames by. Each edge and triangle counts as 1, and so does each length
-    /// at its limit.
+    /// A number for the comparison of frames. Each edge and each triangle adds 1. Each length adds
+    /// its ratio to its limit.
     pub(crate) fn weight(&self) -> f32 {
         let lengths = [
             self.in_tool_m / 5e-4,
@@ -56,7 +56,7 @@ impl Faults {
         (self.edges_stretched + self.triangles_folded) as f32 + lengths.iter().sum::<f32>()
     }
 
-    /// The larger of each fault.
+    /// Maximum of each fault.
     pub(crate) fn worst(self, other: Self) -> Self {
         Self {
             edges_stretched: self.edges_stretched.max(other.edges_stretched),
@@ -74,7 +74,7 @@ struct Edge {
     rest_m: f32,
     /// The triangles around it.
     around: Vec<u32>,
-    /// The two triangles, if they are not folded at rest.
+    /// The two triangles, if the edge is not sharp at rest.
     sides: Option<[u32; 2]>,
 }
 
@@ -88,7 +88,7 @@ struct Organ {
     ends: Vec<End>,
 }
 
-/// The skin of a scene, frame by frame.
+/// The drawn skin of a scene, updated frame by frame.
 pub(crate) struct Drawn<'a> {
     scene: &'a SceneFile,
     mesh: SkinMesh,
@@ -118,7 +118,7 @@ impl<'a> Drawn<'a> {
         }
     }
 
-    /// Notes cuts and tears, near which tissue is not judged from now on. A reset clears them.
+    /// Notes cuts and tears. From now on, faults near them do not count. A reset clears them.
     pub(crate) fn note(&mut self, events: &[EventMsg]) {
         for event in events {
             let kind = EventKind::try_from(event.kind);
@@ -223,7 +223,7 @@ impl<'a> Drawn<'a> {
                 faults.off_tool_m = faults.off_tool_m.max(gap_m);
             }
         }
-        // Ends of a divided tube are not judged.
+        // Loose ends of a divided tube do not count.
         if cuts.is_empty() {
             let sphere = |i: u32| spheres.get(i as usize).map(|s| Vec3::from(s.center_m));
             for end in &organ.ends {
@@ -237,7 +237,7 @@ impl<'a> Drawn<'a> {
         faults
     }
 
-    /// The normal of a triangle, as long as twice its area, m².
+    /// Normal of a triangle; its length is twice the triangle's area, m².
     fn twice_area(&self, triangle: u32) -> Vec3 {
         let [a, b, c] = self.mesh.triangles[triangle as usize].map(|v| self.place(v));
         (b - a).cross(c - a)
@@ -249,7 +249,7 @@ impl<'a> Drawn<'a> {
         a != b && b != c
     }
 
-    /// Distance from the tool's surface to the organ's skin at a dent, m; negative: the skin is
+    /// Distance from the tool's surface to the organ's skin at a dent, m; negative if the skin is
     /// inside the tool.
     fn gap_m(&self, organ: &Organ, dent: &DentMsg) -> Option<f32> {
         let (center, half) = (Vec3::from(dent.center_m), Vec3::from(dent.half_m));
@@ -303,7 +303,7 @@ impl Organ {
     }
 }
 
-/// The organ that each vertex follows most.
+/// For each vertex, the organ with the largest weight.
 fn owners(scene: &SceneFile, mesh: &SkinMesh) -> Vec<usize> {
     let organ_of = |sphere: u32| {
         let holds = |o: &shared_mem::scene::OrganRecord| {

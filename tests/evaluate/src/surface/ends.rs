@@ -1,4 +1,4 @@
-//! Ends of ducts and vessels that lie on other organs.
+//! Finds the ends of ducts and vessels that lie on other organs.
 
 use glam::Vec3;
 use shared_mem::scene::{OrganKind, SceneFile};
@@ -16,8 +16,8 @@ pub(super) struct End {
     pub(super) rest_m: f32,
 }
 
-/// The ends of a tube: spheres whose neighbours all lie on one side, with the skin of a joining
-/// organ near. Empty for an organ that is no tube.
+/// The ends of a tube: spheres whose neighbours all lie on one side and that are near the skin of
+/// another organ. Empty for an organ that is no tube.
 pub(super) fn ends(scene: &SceneFile, organ: usize) -> Vec<End> {
     let tubes = [
         OrganKind::BileDuct,
@@ -41,7 +41,7 @@ pub(super) fn ends(scene: &SceneFile, organ: usize) -> Vec<End> {
         others
     };
     let at = |sphere: u32| Vec3::from(scene.spheres()[sphere as usize].center_m);
-    // Links also join each sphere with the sphere after next, so an end may have two neighbours.
+    // Links also join each sphere to the next but one, so an end may have two neighbours.
     let is_end = |sphere: &u32| {
         let others = neighbours(*sphere);
         let ways = others

@@ -1,8 +1,9 @@
-//! The drawn surface under tools: recorded operations and a seeded hand, judged frame by frame.
+//! Finds faults of the drawn surface under tools, frame by frame, in recorded operations and under
+//! a seeded hand.
 //!
-//! The skin is computed by the display's own code from the frames that a station publishes. An
-//! edge counts as stretched beyond 2.5 times its length at rest, except near a cut. A triangle
-//! counts as folded if its normal turns more than 120° from a neighbour's, or if the wall has
+//! The display's own code computes the skin from the frames that a station publishes. An edge
+//! counts as stretched beyond 2.5 times its length at rest, except near a cut. A triangle counts as
+//! folded if the angle between its normal and a neighbour's is more than 120°, or if its wall has
 //! passed through the opposite wall.
 
 mod drawn;
@@ -25,19 +26,19 @@ use crate::page::{Section, table};
 use crate::seeded_hand::{Manner, Seeded, SeededHand, place, tip_m};
 use drawn::{Drawn, Faults};
 
-/// Ticks between two looks at the surface.
+/// Ticks between two examined frames.
 const LOOK_EVERY: u64 = 40;
 /// Simulated time of the seeded hand in a scene, s.
 const HAND_S: f64 = 600.0;
 const QUICK_HAND_S: f64 = 20.0;
-/// Levels of detail of a scene; the coarsest has half of the spheres (not for organs packed along a
-/// line).
+/// Levels of detail of a scene. In the coarsest, organs have half of the spheres, except those
+/// packed along a line.
 const LEVELS: usize = 2;
 /// Size of the pictures, pixels.
 const PICTURE: [u32; 2] = [800, 600];
 /// Distance of the camera from the tool in a picture, m.
 const VIEW_M: f32 = 0.07;
-/// Operations that the tests of the scripted surgeon recorded.
+/// Operations recorded by the tests of the scripted surgeon.
 const RECORDED: [&str; 2] = ["cut", "disconnect"];
 
 /// A line of `surface.csv`.
@@ -56,7 +57,7 @@ struct Worst {
     tools: Box<ToolFrame>,
 }
 
-/// Judges every frame that it is shown.
+/// Finds the faults of each frame, and keeps the worst frames.
 struct Judge<'a> {
     drawn: Drawn<'a>,
     frames: usize,
@@ -127,7 +128,7 @@ impl<'a> Judge<'a> {
     }
 }
 
-/// Runs every hand in every scene whose name contains `only`. Pictures go to `out`.
+/// Runs every hand in every scene whose name contains `only`. Pictures are written to `out`.
 ///
 /// # Errors
 /// When a scene or a picture cannot be made, in words.
@@ -172,7 +173,7 @@ fn replayed(scene: &SceneFile, scene_name: &str, out: &Path) -> Result<Vec<Row>,
     Ok(rows)
 }
 
-/// Replays a recorded operation and judges its frames.
+/// Replays a recorded operation and finds the faults of its frames.
 fn judged<'a>(scene: &'a SceneFile, name: &str) -> Result<Judge<'a>, String> {
     let folder =
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../../display-host/surgeon/tests/recorded");
@@ -276,12 +277,12 @@ pub(crate) fn csv(rows: &[Row]) -> String {
 mod tests {
     use super::*;
 
-    /// Most edges of a tube or of fat that are stretched, and most triangles that are folded, in
-    /// the worst frame of this operation; 23 and 28 were measured.
+    /// Largest allowed numbers of stretched edges and of folded triangles of a tube or of fat, in
+    /// the worst frame of this operation. Measured: 23 and 28.
     const MOST: [usize; 2] = [40, 45];
 
-    /// The scissors divide duct and artery between clips. A change that tears the drawn skin fails
-    /// here; `evaluate surface` has the whole measurement.
+    /// The scissors divide duct and artery between clips. This test fails if a change tears the
+    /// drawn skin; `evaluate surface` makes the whole measurement.
     #[test]
     fn skin_holds_together_while_duct_and_artery_are_divided() {
         let recipe = Recipe::triangle(false).expect("a recipe");

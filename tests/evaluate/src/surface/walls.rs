@@ -1,4 +1,4 @@
-//! Vertices on opposite walls of a thin organ.
+//! Finds pairs of vertices on opposite walls of a thin organ.
 
 use std::collections::HashMap;
 
@@ -7,14 +7,14 @@ use glam::{IVec3, Vec3};
 
 /// Largest thickness between walls that are compared, m.
 const THICK_MAX_M: f32 = 0.012;
-/// Least thickness, m: nearer vertices lie on the same edge.
+/// Smallest thickness, m, because nearer vertices lie on one edge of the organ.
 const THICK_MIN_M: f32 = 0.0005;
 /// Largest distance of the opposite vertex from the line along the normal, m.
 const ASIDE_M: f32 = 0.0015;
 /// Largest cosine between the normals of opposite walls.
 const OPPOSITE: f32 = -0.7;
 
-/// Pairs of vertices, each with the nearest vertex behind it on the opposite wall.
+/// Pairs of a vertex and the nearest vertex behind it on the opposite wall.
 pub(super) fn opposites(mesh: &SkinMesh, vertices: &[u32]) -> Vec<[u32; 2]> {
     let at = |v: u32| Vec3::from(mesh.vertices[v as usize].position);
     let normal = |v: u32| Vec3::from(mesh.vertices[v as usize].normal);

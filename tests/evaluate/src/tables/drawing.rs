@@ -6,7 +6,7 @@ use crate::csv::{Csv, Row};
 /// Number of the most expensive views that the table lists.
 const DEAREST: usize = 6;
 
-/// Cost of the qualities, by size.
+/// Drawing times by quality and size.
 pub(super) fn by_tier(csv: &Csv) -> Table {
     let mut table = Table::new(&[
         "quality",
@@ -39,7 +39,7 @@ pub(super) fn by_tier(csv: &Csv) -> Table {
     table
 }
 
-/// The gallery's views that cost most, the median and the cheapest.
+/// The gallery's most expensive views, the median and the cheapest view.
 pub(super) fn by_view(csv: &Csv) -> Table {
     let mut table = Table::new(&["view", "drawn, ms", "frames a second"]);
     let views = csv.rows().filter(|r| !r.text("what").starts_with("tier "));

@@ -78,7 +78,7 @@ pub(super) fn torque(csv: &Csv) -> Table {
     table
 }
 
-/// Differences between the two meshes of the references, by depth, where the tool touches.
+/// Differences between the references' two meshes, by depth, where the tool touches.
 pub(super) fn reference(csv: &Csv) -> Table {
     let mut table = Table::new(&[
         "mesher",
@@ -182,8 +182,8 @@ mod tests {
         table(&csv.expect("as many cells as columns")).markdown()
     }
 
-    /// Only Calot's rows count. A tool whose references have no torque is left out, and so is a row
-    /// without one.
+    /// Only Calot's rows count. A tool without any torque is left out, and so is a row without a
+    /// torque.
     #[test]
     fn a_torque_is_shown_where_it_is_known() {
         let text = "tool,law,torque_error_pct,line_off_mm\n\
@@ -197,12 +197,12 @@ mod tests {
             "{shown}"
         );
         assert!(!shown.contains("jaws"), "{shown}");
-        // Files from before the torque have no such columns.
+        // Files that are older than the torque have no such columns.
         let before = table_of("before", "tool,law\ntip,Calot\n", torque);
         assert!(!before.contains("tip"), "{before}");
     }
 
-    /// At the least depth this tool hardly touches, so a relative difference says nothing.
+    /// At the smallest depth this tool hardly touches, so a relative difference is meaningless.
     #[test]
     fn meshes_are_compared_where_the_tool_touches() {
         let text = "organ,site,tool,mesher,mesh,depth_mm,force_out_n\n\

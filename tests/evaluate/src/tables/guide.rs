@@ -1,9 +1,10 @@
-//! The table of the guide for latency testers, and that of samples that wait for the tick.
+//! Makes the table of the guide for latency testers, and the table of samples that wait for the
+//! tick.
 
 use super::Table;
 use crate::csv::{Csv, Row};
 
-/// Figures with and without an option of `calot jitter`, from `cargo xtask jitter guide`.
+/// Measurements with and without an option of `calot jitter`, from `cargo xtask jitter guide`.
 pub(super) fn options(csv: &Csv) -> Table {
     let mut table = Table::new(&[
         "figure",
@@ -12,6 +13,7 @@ pub(super) fn options(csv: &Csv) -> Table {
         "÷ without",
         "`--follow-device`",
         "÷ without",
+        "small scene, `--follow-device`",
     ]);
     for r in csv.rows() {
         let value = |column: &str| format!("{:.1}", r.number(column));
@@ -23,6 +25,7 @@ pub(super) fn options(csv: &Csv) -> Table {
             ratio("why_ratio"),
             value("follow"),
             ratio("follow_ratio"),
+            value("small"),
         ]);
     }
     table

@@ -1,11 +1,11 @@
-//! The tables of what others measured.
+//! Makes the tables of published measurements.
 
 use super::Table;
 use crate::csv::{Csv, Row};
 
 /// Quantity of the silicones' rows.
 const SILICONE: &str = "force between plates, N";
-/// Strains of the target, per cent.
+/// Range of strains in which the target applies, per cent.
 const TARGET: [f64; 2] = [5.0, 40.0];
 
 /// The silicones: errors by material, ends and spheres.
@@ -56,7 +56,7 @@ fn condition<'a>(row: &Row<'a>) -> ([&'a str; 3], f64) {
     ([name, ends, spheres], pct.unwrap_or(f64::NAN))
 }
 
-/// All other rows; of the beam those with 581 spheres.
+/// All other rows. Of the beam, only those with 581 spheres.
 pub(super) fn others(csv: &Csv) -> Table {
     let mut table = Table::new(&[
         "quantity",

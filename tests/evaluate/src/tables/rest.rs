@@ -1,4 +1,4 @@
-//! The table of tissue that should rest.
+//! Makes the table of tissue that should rest.
 
 use crate::csv::{Csv, Row};
 
@@ -7,8 +7,8 @@ use super::Table;
 /// States of `rest.csv`, in the order of a trial.
 const STATES: [&str; 5] = ["load", "press", "release", "pull", "drop"];
 
-/// One row for each sweep: the cases that rest, that are refused and that move, and the largest
-/// speeds.
+/// One row for each sweep: how many cases rest, how many are refused, which cases move, and the
+/// largest speeds.
 pub(super) fn by_sweep(csv: &Csv) -> Table {
     let mut columns = vec!["swept value", "cases", "rest", "refused", "that move"];
     let speeds = STATES.map(|state| format!("{state}, mm/s"));

@@ -1,4 +1,4 @@
-//! The table of faults of the drawn skin.
+//! Makes the table of faults of the drawn skin.
 
 use crate::csv::Csv;
 

@@ -1,17 +1,17 @@
-//! Cuts tetrahedra of a lattice at a surface: keeps what lies inside (after Labelle and Shewchuk,
-//! "Isosurface stuffing", 2007).
+//! Cuts tetrahedra of a lattice at a surface and keeps the parts inside (after Labelle and
+//! Shewchuk, "Isosurface stuffing", 2007).
 
 use std::collections::{BTreeMap, HashMap};
 
 use super::Mesh;
 use crate::Vec3;
 
-/// A lattice point is moved onto the surface if the surface crosses one of the point's edges nearer
-/// to the point than this share of the edge.
-const WARP: f64 = 0.25;
+/// A lattice point is moved onto the surface if the surface crosses one of its edges and the
+/// crossing is nearer than this share of the edge.
+const WARP_SHARE_MAX: f64 = 0.25;
 
-/// The part of some tetrahedra between `points` that lies where `distance` is negative. `value` is
-/// the distance of each point. `None` if nothing lies inside.
+/// Mesh of the parts of the tetrahedra in which `distance` is negative. `value` has the distance at
+/// each point. `None` if nothing is inside.
 pub(super) fn cut(
     points: &[Vec3],
     value: Vec<f64>,
@@ -19,7 +19,7 @@ pub(super) fn cut(
     distance: &impl Fn(&Vec3) -> f64,
 ) -> Option<Mesh> {
     let (points, value) = warp(points, value, tets, distance);
-    let mut cut = Cut {
+    let mut cut = Cutter {
         points,
         value,
         crossings: HashMap::new(),
@@ -29,7 +29,7 @@ pub(super) fn cut(
     for tet in tets {
         cut.add(*tet);
     }
-    compact(&cut.points, &cut.tets)
+    largest_piece(&cut.points, &cut.tets)
 }
 
 /// Share of the edge from `a` to `b` at which the surface crosses it. The distances `va` and `vb`
@@ -74,7 +74,7 @@ fn warp(
     for (&(a, b), &share) in &edges {
         let at = points[a] + (points[b] - points[a]) * share;
         for (end, gap) in [(a, share), (b, 1.0 - share)] {
-            if gap < WARP {
+            if gap < WARP_SHARE_MAX {
                 let best = nearest.entry(end).or_insert((f64::INFINITY, at));
                 if gap < best.0 {
                     *best = (gap, at);
@@ -90,7 +90,7 @@ fn warp(
     (moved, value)
 }
 
-struct Cut<'a, D> {
+struct Cutter<'a, D> {
     points: Vec<Vec3>,
     value: Vec<f64>,
     crossings: HashMap<(usize, usize), usize>,
@@ -98,8 +98,8 @@ struct Cut<'a, D> {
     distance: &'a D,
 }
 
-impl<D: Fn(&Vec3) -> f64> Cut<'_, D> {
-    fn between(&mut self, i: usize, j: usize) -> usize {
+impl<D: Fn(&Vec3) -> f64> Cutter<'_, D> {
+    fn crossing_point(&mut self, i: usize, j: usize) -> usize {
         let (a, b) = (i.min(j), i.max(j));
         if let Some(&n) = self.crossings.get(&(a, b)) {
             return n;
@@ -128,12 +128,12 @@ impl<D: Fn(&Vec3) -> f64> Cut<'_, D> {
                 let mut cut = vec![a];
                 cut.extend_from_slice(&on);
                 for &p in &outside {
-                    cut.push(self.between(a, p));
+                    cut.push(self.crossing_point(a, p));
                 }
                 self.tets.push([cut[0], cut[1], cut[2], cut[3]]);
             }
             (&[a, b], &[p], &[z]) => {
-                let (ap, bp) = (self.between(a, p), self.between(b, p));
+                let (ap, bp) = (self.crossing_point(a, p), self.crossing_point(b, p));
                 // A pyramid over the quadrangle a b bp ap, which is cut along the diagonal from its
                 // corner with the lowest number.
                 if a.min(bp) < b.min(ap) {
@@ -143,21 +143,26 @@ impl<D: Fn(&Vec3) -> f64> Cut<'_, D> {
                 }
             }
             (&[a, b], &[p, q], _) => {
-                let [ap, aq] = [self.between(a, p), self.between(a, q)];
-                let [bp, bq] = [self.between(b, p), self.between(b, q)];
-                self.wedge([a, ap, aq], [b, bp, bq]);
+                let [ap, aq] = [self.crossing_point(a, p), self.crossing_point(a, q)];
+                let [bp, bq] = [self.crossing_point(b, p), self.crossing_point(b, q)];
+                self.add_wedge([a, ap, aq], [b, bp, bq]);
             }
             (&[a, b, c], &[p], _) => {
-                let cut = [self.between(a, p), self.between(b, p), self.between(c, p)];
-                self.wedge([a, b, c], cut);
+                let cut = [
+                    self.crossing_point(a, p),
+                    self.crossing_point(b, p),
+                    self.crossing_point(c, p),
+                ];
+                self.add_wedge([a, b, c], cut);
             }
             _ => {}
         }
     }
 
-    /// Cuts a wedge into three tetrahedra. Every quadrangle is cut along the diagonal from its
-    /// corner with the lowest number, so that neighbours agree (Dompierre et al. 1999).
-    fn wedge(&mut self, bottom: [usize; 3], top: [usize; 3]) {
+    /// Cuts a wedge into three tetrahedra. Each quadrangle is cut along the diagonal from its
+    /// corner with the lowest number. So two neighbours cut their common quadrangle along the same
+    /// diagonal (Dompierre et al. 1999).
+    fn add_wedge(&mut self, bottom: [usize; 3], top: [usize; 3]) {
         let all = [bottom, top].concat();
         let lowest = (0..6).min_by_key(|&i| all[i]).unwrap_or(0);
         let turn = lowest % 3;
@@ -178,7 +183,7 @@ impl<D: Fn(&Vec3) -> f64> Cut<'_, D> {
 }
 
 /// Drops unused points and tetrahedra without volume, and keeps only the largest connected piece.
-fn compact(points: &[Vec3], tets: &[[usize; 4]]) -> Option<Mesh> {
+fn largest_piece(points: &[Vec3], tets: &[[usize; 4]]) -> Option<Mesh> {
     let volume = |t: &[usize; 4]| {
         let at = |i: usize| points[t[i]];
         (at(1) - at(0))

@@ -1,5 +1,5 @@
-//! Fills any closed shape with a body-centred cubic lattice that is cut at the surface (after
-//! Labelle and Shewchuk, "Isosurface stuffing", 2007). The same input gives the same mesh.
+//! Fills any closed shape with a body-centred cubic lattice, and cuts the lattice at the surface
+//! (after Labelle and Shewchuk, "Isosurface stuffing", 2007). Equal inputs give equal meshes.
 
 use super::Mesh;
 use super::cut::cut;
@@ -124,8 +124,8 @@ mod tests {
         assert!(fine.1 < fine.0 / 5.0, "curved: {coarse:?} {fine:?}");
     }
 
-    /// Straight chords cut a sharp edge off. Corners that are moved out to the edge bring most of
-    /// the volume back.
+    /// Straight element edges cut off a sharp edge of the body. Corners that are moved out to the
+    /// sharp edge restore most of the volume.
     #[test]
     fn a_sharp_edge_is_reached() {
         let exact = 2.0 / 3.0 * std::f64::consts::PI;

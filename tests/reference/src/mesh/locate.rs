@@ -1,10 +1,10 @@
-//! Finds the place of a point in the mesh, and interpolates a nodal field there.
+//! Finds the element that contains a point, and interpolates a nodal field at the point.
 
 use super::Mesh;
 use crate::Vec3;
-use crate::element::{jacobian, shape, shape_slopes};
+use crate::element::{jacobian, shape, shape_gradients};
 
-/// An element, and the place of a point in it.
+/// Position of a point in the mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
     /// Index of the tetrahedron.
@@ -13,8 +13,8 @@ pub struct Place {
     pub xi: Vec3,
 }
 
-/// Finds the element of any point. A point outside of the mesh gets a near element, from which
-/// values are extrapolated.
+/// Finds the element of any point. A point outside the mesh gets a nearby element, and values are
+/// extrapolated from it.
 pub struct Locator<'a> {
     mesh: &'a Mesh,
     origin: Vec3,
@@ -64,7 +64,7 @@ impl<'a> Locator<'a> {
         i + self.size[0] * (j + self.size[1] * k)
     }
 
-    /// Place of a rest position in its element; `None` only for a mesh without elements.
+    /// Element and coordinates of a rest position. `None` only for a mesh without elements.
     #[must_use]
     pub fn find(&self, p: &Vec3) -> Option<Place> {
         let home = self.cell(p);
@@ -98,7 +98,7 @@ impl<'a> Locator<'a> {
         // Straight elements need one step, curved ones a few.
         for _ in 0..8 {
             let at: Vec3 = x.iter().zip(shape(&xi)).map(|(x, n)| x * n).sum();
-            let Some(inverse) = jacobian(&x, &shape_slopes(&xi)).try_inverse() else {
+            let Some(inverse) = jacobian(&x, &shape_gradients(&xi)).try_inverse() else {
                 break;
             };
             let step = inverse * (p - at);
@@ -129,7 +129,7 @@ mod tests {
     use crate::shell_octant;
 
     #[test]
-    fn a_quadratic_field_is_found_again_everywhere() {
+    fn a_quadratic_field_is_interpolated_exactly_everywhere() {
         let mesh = crate::block(Vec3::zeros(), Vec3::new(0.2, 0.1, 0.1), [5, 2, 3]);
         let field = |p: &Vec3| Vec3::new(p.x * p.y, p.z * p.z - p.x, 3.0 * p.y * p.z);
         let nodal: Vec<_> = mesh.nodes.iter().map(field).collect();
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn curved_elements_are_inverted_too() {
+    fn points_are_located_in_curved_elements_too() {
         let mesh = shell_octant(0.5, 1.0, 2, 2);
         let locator = Locator::new(&mesh);
         let p = Vec3::new(0.3, 0.4, 0.5);

@@ -33,7 +33,7 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Makes quadratic elements from linear ones, and turns those that are inside out.
+    /// Makes quadratic elements from linear ones. Reorders the corners of inverted elements.
     #[must_use]
     pub fn from_linear(corners: Vec<Vec3>, tets: &[[u32; 4]]) -> Self {
         let mut mesh = Self {
@@ -94,7 +94,7 @@ impl Mesh {
         }
     }
 
-    /// Moves every node, middles included, so that straight edges may become curved.
+    /// Moves every node, also the middles of edges. Straight edges may become curved.
     #[must_use]
     pub fn mapped(mut self, place: impl Fn(&Vec3) -> Vec3) -> Self {
         for node in &mut self.nodes {
@@ -126,7 +126,7 @@ impl Mesh {
             let mut number = Vec::with_capacity(part.nodes.len());
             for p in &part.nodes {
                 let home = [cell(p, 0), cell(p, 1), cell(p, 2)];
-                let near = around(home)
+                let near = neighbour_cells(home)
                     .filter_map(|c| known.get(&c))
                     .flatten()
                     .find(|&&n| (mesh.nodes[n as usize] - p).norm() <= tolerance_m);
@@ -146,9 +146,9 @@ impl Mesh {
         mesh
     }
 
-    /// Moves corners on the boundary, and the middles of their edges half as far, where the
-    /// elements around them stay sound. `place` gets a corner and the other corners of its boundary
-    /// faces, and returns the corner's new place.
+    /// Moves corners on the boundary, and the middles of their edges half as far, unless that would
+    /// distort an adjacent element too much. `place` receives a corner and the other corners of its
+    /// boundary faces, and returns the corner's new position.
     pub fn stretch_corners(&mut self, place: impl Fn(&Vec3, &[Vec3]) -> Vec3) {
         let mut beside: BTreeMap<u32, Vec<Vec3>> = BTreeMap::new();
         for face in &self.faces {
@@ -179,17 +179,17 @@ impl Mesh {
                     }
                 }
             }
-            // Try the whole way first, then half of it, then a quarter.
+            // Try the whole displacement first, then half of it, then a quarter.
             for share in [1.0, 0.5, 0.25] {
                 for (&m, by) in &moved {
                     self.nodes[m as usize] += by * share;
                 }
-                let sound = |e: &usize| {
+                let is_valid = |e: &usize| {
                     let x = self.tets[*e].map(|n| self.nodes[n as usize]);
                     element::smallest_jacobian(&x) > 0.3 * element::straight_jacobian(&x)
                         && element::straight_jacobian(&x) > 0.0
                 };
-                if owners[&n].iter().all(sound) {
+                if owners[&n].iter().all(is_valid) {
                     break;
                 }
                 for (&m, by) in &moved {
@@ -199,8 +199,8 @@ impl Mesh {
         }
     }
 
-    /// Moves the middles of boundary edges onto the true surface, where the elements around them
-    /// stay sound. Returns the number of middles that stayed on their straight edge.
+    /// Moves the middles of boundary edges onto the true surface, unless that would distort an
+    /// adjacent element too much. Returns the number of middles that stayed on their straight edge.
     pub fn curve_boundary(&mut self, onto_surface: impl Fn(&Vec3) -> Vec3) -> usize {
         let mut owners: HashMap<u32, Vec<usize>> = HashMap::new();
         for (e, t) in self.tets.iter().enumerate() {
@@ -217,11 +217,11 @@ impl Mesh {
                 }
                 let old = self.nodes[n];
                 self.nodes[n] = onto_surface(&old);
-                let sound = |e: &usize| {
+                let is_valid = |e: &usize| {
                     let x = self.tets[*e].map(|n| self.nodes[n as usize]);
                     element::smallest_jacobian(&x) > 0.3 * element::straight_jacobian(&x)
                 };
-                if !owners[&(n as u32)].iter().all(sound) {
+                if !owners[&(n as u32)].iter().all(is_valid) {
                     self.nodes[n] = old;
                     kept += 1;
                 }
@@ -246,14 +246,14 @@ impl Mesh {
         Ok(volume)
     }
 
-    /// Numbers of the nodes whose rest position `pick` accepts.
+    /// Indices of the nodes whose rest position `pick` accepts.
     #[must_use]
     pub fn nodes_where(&self, pick: impl Fn(&Vec3) -> bool) -> Vec<u32> {
         let chosen = |&n: &u32| pick(&self.nodes[n as usize]);
         (0..self.nodes.len() as u32).filter(chosen).collect()
     }
 
-    /// Numbers of the boundary faces of which `pick` accepts every corner's rest position.
+    /// Indices of the boundary faces for which `pick` accepts the rest positions of all corners.
     #[must_use]
     pub fn faces_where(&self, pick: impl Fn(&Vec3) -> bool) -> Vec<u32> {
         let inside = |f: &[u32; 6]| f[..3].iter().all(|&n| pick(&self.nodes[n as usize]));
@@ -262,7 +262,7 @@ impl Mesh {
     }
 }
 
-fn around(home: [i64; 3]) -> impl Iterator<Item = [i64; 3]> {
+fn neighbour_cells(home: [i64; 3]) -> impl Iterator<Item = [i64; 3]> {
     (0..27).map(move |i| {
         [
             home[0] + i % 3 - 1,

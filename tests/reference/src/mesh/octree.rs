@@ -1,6 +1,6 @@
-//! Fills any closed shape with tetrahedra whose size changes from place to place: an octree of
-//! cubes, with a point in the middle of each (Labelle and Shewchuk, "Isosurface stuffing", 2007).
-//! The same input gives the same mesh.
+//! Fills any closed shape with tetrahedra of graded size (Labelle and Shewchuk, "Isosurface
+//! stuffing", 2007). Their corners are the corners and centres of the cubes of an octree. Equal
+//! inputs give equal meshes.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -8,12 +8,12 @@ use super::Mesh;
 use super::cut::cut;
 use crate::{FemError, Vec3};
 
-/// Most doublings from the finest cube's edge to the largest's.
+/// Largest number of doublings from the finest cube's edge to the coarsest's.
 const DOUBLINGS_MAX: u32 = 12;
 
-/// A cube is divided where elements smaller than this share of its edge are wanted. So its edge is
-/// between two thirds and four thirds of the wanted size.
-const LEAST_SHARE: f64 = 0.75;
+/// A cube is divided if the wanted element size is smaller than this share of its edge. So a cube's
+/// edge is between two thirds and four thirds of the wanted size.
+const SIZE_SHARE_MIN: f64 = 0.75;
 
 /// Fills the shape where `distance` (the signed distance to its surface, m) is negative, between
 /// `min_m` and `max_m`. A cube's edge is `finest_m` times a power of two, and about `size_m` at its
@@ -43,10 +43,11 @@ pub fn graded(
     cut(&points, value, &tets, &distance).ok_or(none)
 }
 
-/// A cube: the doublings of its edge over the finest, and its place in units of its edge.
+/// A cube: the number of doublings from the finest edge to its edge, and its position in units of
+/// its edge.
 type Cube = (u32, [i64; 3]);
 /// A point in units of half the finest edge.
-type Place = [i64; 3];
+type GridPoint = [i64; 3];
 
 struct Octree {
     origin: Vec3,
@@ -55,11 +56,11 @@ struct Octree {
     cubes: BTreeSet<Cube>,
 }
 
-fn corner((doublings, at): Cube, corner: [i64; 3]) -> Place {
+fn corner((doublings, at): Cube, corner: [i64; 3]) -> GridPoint {
     [0, 1, 2].map(|k| (at[k] + corner[k]) << (doublings + 1))
 }
 
-fn centre((doublings, at): Cube) -> Place {
+fn centre((doublings, at): Cube) -> GridPoint {
     at.map(|a| (a << (doublings + 1)) + (1 << doublings))
 }
 
@@ -84,16 +85,16 @@ impl Octree {
             largest,
             cubes: BTreeSet::new(),
         };
-        let mut open: Vec<Cube> = Vec::new();
+        let mut pending: Vec<Cube> = Vec::new();
         for k in 0..counts.z {
             for j in 0..counts.y {
-                open.extend((0..counts.x).map(|i| (largest, [i, j, k])));
+                pending.extend((0..counts.x).map(|i| (largest, [i, j, k])));
             }
         }
-        while let Some(cube) = open.pop() {
+        while let Some(cube) = pending.pop() {
             let edge_m = finest_m * f64::from(1 << cube.0);
-            if cube.0 > 0 && size_m(&tree.at(centre(cube))) < edge_m * LEAST_SHARE {
-                open.extend(children(cube));
+            if cube.0 > 0 && size_m(&tree.at(centre(cube))) < edge_m * SIZE_SHARE_MIN {
+                pending.extend(children(cube));
             } else {
                 tree.cubes.insert(cube);
             }
@@ -101,13 +102,13 @@ impl Octree {
         tree
     }
 
-    fn at(&self, place: Place) -> Vec3 {
+    fn at(&self, place: GridPoint) -> Vec3 {
         self.origin + Vec3::from(place.map(|p| p as f64)) * (0.5 * self.finest_m)
     }
 
-    /// The cube that is or contains the given cube; `None` outside, or if the given cube is
-    /// divided.
-    fn cover(&self, (doublings, at): Cube) -> Option<Cube> {
+    /// The given cube, or the undivided cube that contains it. `None` outside the octree, or if the
+    /// given cube is divided.
+    fn containing(&self, (doublings, at): Cube) -> Option<Cube> {
         (doublings..=self.largest)
             .map(|d| (d, at.map(|a| a >> (d - doublings))))
             .find(|cube| self.cubes.contains(cube))
@@ -116,44 +117,47 @@ impl Octree {
     /// Divides cubes until neighbours across faces, edges and corners differ by a factor of two at
     /// most.
     fn balance(&mut self) {
-        let mut open: Vec<Cube> = self.cubes.iter().rev().copied().collect();
-        while let Some(cube) = open.pop() {
+        let mut pending: Vec<Cube> = self.cubes.iter().rev().copied().collect();
+        while let Some(cube) = pending.pop() {
             if !self.cubes.contains(&cube) {
                 continue;
             }
             for step in 0..27 {
                 let by = [step % 3 - 1, step / 3 % 3 - 1, step / 9 - 1];
                 let beside = [0, 1, 2].map(|k| cube.1[k] + by[k]);
-                while let Some(large) = self.cover((cube.0, beside)).filter(|l| l.0 > cube.0 + 1) {
+                while let Some(large) = self
+                    .containing((cube.0, beside))
+                    .filter(|l| l.0 > cube.0 + 1)
+                {
                     self.cubes.remove(&large);
                     self.cubes.extend(children(large));
-                    open.extend(children(large));
+                    pending.extend(children(large));
                 }
             }
         }
     }
 
-    /// Numbers and positions of all corners and middles.
-    fn points(&self) -> (HashMap<Place, usize>, Vec<Vec3>) {
+    /// Indices and positions of all corners and centres.
+    fn points(&self) -> (HashMap<GridPoint, usize>, Vec<Vec3>) {
         let corners =
             |cube: Cube| (0..8_i64).map(move |c| corner(cube, [c & 1, c >> 1 & 1, c >> 2]));
         let all = self.cubes.iter();
-        let places: BTreeSet<Place> = all
+        let places: BTreeSet<GridPoint> = all
             .flat_map(|&cube| corners(cube).chain([centre(cube)]))
             .collect();
         let points = places.iter().map(|&place| self.at(place)).collect();
         (places.into_iter().zip(0..).collect(), points)
     }
 
-    /// Tetrahedra between the middles of neighbouring cubes and the face between them.
-    fn tets(&self, numbers: &HashMap<Place, usize>) -> Vec<[usize; 4]> {
+    /// Tetrahedra between the centres of neighbouring cubes and their common face.
+    fn tets(&self, numbers: &HashMap<GridPoint, usize>) -> Vec<[usize; 4]> {
         let mut tets = Vec::new();
         for &cube in &self.cubes {
             for (axis, up) in (0..3).flat_map(|axis| [(axis, false), (axis, true)]) {
                 let mut beside = cube;
                 beside.1[axis] += if up { 1 } else { -1 };
-                let Some(other) = self.cover(beside) else {
-                    continue; // outside, or the smaller cubes there do it
+                let Some(other) = self.containing(beside) else {
+                    continue; // outside, or smaller cubes, which add their own tetrahedra
                 };
                 let ring = ring(cube, axis, up);
                 let [from, to] = [cube, other].map(|c| numbers[&centre(c)]);
@@ -178,7 +182,7 @@ impl Octree {
 }
 
 /// Corners of a cube's face, in order around it.
-fn ring(cube: Cube, axis: usize, up: bool) -> [Place; 4] {
+fn ring(cube: Cube, axis: usize, up: bool) -> [GridPoint; 4] {
     [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[a, b]| {
         let mut at = [0; 3];
         at[axis] = i64::from(up);
@@ -188,14 +192,14 @@ fn ring(cube: Cube, axis: usize, up: bool) -> [Place; 4] {
     })
 }
 
-fn middle_of_face(cube: Cube, axis: usize, up: bool) -> Place {
+fn middle_of_face(cube: Cube, axis: usize, up: bool) -> GridPoint {
     let mut middle = centre(cube);
     middle[axis] += if up { 1 << cube.0 } else { -(1 << cube.0) };
     middle
 }
 
 /// An edge, or its two halves if a smaller cube has a corner in its middle.
-fn halves([a, b]: [Place; 2], numbers: &HashMap<Place, usize>) -> Vec<[usize; 2]> {
+fn halves([a, b]: [GridPoint; 2], numbers: &HashMap<GridPoint, usize>) -> Vec<[usize; 2]> {
     let middle = [0, 1, 2].map(|k| (a[k] + b[k]) / 2);
     let [a, b] = [a, b].map(|place| numbers[&place]);
     match numbers.get(&middle) {
@@ -205,7 +209,11 @@ fn halves([a, b]: [Place; 2], numbers: &HashMap<Place, usize>) -> Vec<[usize; 2]
 }
 
 /// The face of a small cube as two triangles that meet in the middle of the large cube's face.
-fn triangles(ring: [Place; 4], meet: Place, numbers: &HashMap<Place, usize>) -> [[usize; 3]; 2] {
+fn triangles(
+    ring: [GridPoint; 4],
+    meet: GridPoint,
+    numbers: &HashMap<GridPoint, usize>,
+) -> [[usize; 3]; 2] {
     let first = ring.iter().position(|place| *place == meet).unwrap_or(0);
     let [a, b, c, d] = [0, 1, 2, 3].map(|i| numbers[&ring[(first + i) % 4]]);
     [[a, b, c], [a, c, d]]
@@ -218,7 +226,8 @@ mod tests {
     use super::*;
     use crate::element;
 
-    /// Elements of the `finest` size at one place of a ball's surface, larger ones farther off.
+    /// A ball with elements of the `finest` size at one point of its surface and larger ones
+    /// farther away.
     fn ball(finest: f64) -> Mesh {
         let touched = Vec3::new(0.3, 0.2, 1.0).normalize();
         let size = |p: &Vec3| (0.4 * (p - touched).norm()).clamp(finest, 0.5);
@@ -227,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_is_filled_with_sound_elements() {
+    fn a_ball_is_filled_with_valid_elements() {
         let exact = 4.0 / 3.0 * std::f64::consts::PI;
         for finest in [0.09, 0.05, 0.031] {
             let mut mesh = ball(finest);
@@ -246,8 +255,8 @@ mod tests {
         }
     }
 
-    /// Every side is a boundary or lies between two elements, and the boundary is on the surface:
-    /// elements of different sizes fit together.
+    /// Elements of different sizes fit together: every side is a boundary or lies between two
+    /// elements, and the boundary is on the surface.
     #[test]
     fn elements_of_all_sizes_fit_together() {
         let mesh = ball(0.05);
@@ -263,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn elements_are_small_only_where_they_are_asked_to_be() {
+    fn elements_are_small_only_where_requested() {
         let (coarse, fine) = (ball(0.1), ball(0.05));
         assert!(fine.nodes.len() < 4 * coarse.nodes.len());
         assert!(fine.nodes.len() > coarse.nodes.len());

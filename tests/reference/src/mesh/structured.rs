@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn an_octant_closes_and_converges_to_its_volume() {
+    fn an_octant_is_closed_and_converges_to_its_volume() {
         let exact = std::f64::consts::PI / 6.0 * (8.0 - 1.0);
         let error = |n: usize| {
             let mesh = shell_octant(1.0, 2.0, n, n);

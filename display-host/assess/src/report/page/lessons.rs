@@ -112,13 +112,13 @@ fn lost(page: &mut Page<'_>, chapter: &Chapter) {
 }
 
 /// Minutes and seconds.
-fn clock(seconds: f64) -> String {
+pub(super) fn clock(seconds: f64) -> String {
     let seconds = seconds.max(0.0) as u64;
     format!("{}:{:02}", seconds / 60, seconds % 60)
 }
 
 /// Command that replays a session from this moment.
-fn replay_command(session: &str, session_s: f64) -> String {
+pub(super) fn replay_command(session: &str, session_s: f64) -> String {
     let session = session.replace('\'', "'\\''");
     format!("calot replay '{session}' --at {session_s:.1}")
 }

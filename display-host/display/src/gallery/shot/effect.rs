@@ -5,8 +5,8 @@ use shared_mem::message::{CapsuleMsg, PoseMsg, ToolFrame};
 use shared_mem::scene::{OrganKind, SceneFile};
 
 use super::{Chapter, Shot, best_side, bounds, camera_only, is_free, judges, others};
-use crate::effects::{Effect, Kind};
-use crate::render::camera::looking;
+use crate::effects::{Effect, Flow, Kind};
+use crate::render::camera::upright;
 
 /// Position of the hook's tip relative to its joint, m.
 const HOOK_TIP_M: Vec3 = Vec3::new(0.0, -0.0042, -0.0119);
@@ -15,7 +15,7 @@ const HOOK_TIP_M: Vec3 = Vec3::new(0.0, -0.0042, -0.0119);
 const CLEAR_M: f32 = 0.004;
 
 /// A picture of each effect at its usual site, some time after its start. The hook touches the
-/// tissue that burns. Blood and bile are seen from the side of the flow.
+/// tissue that burns. Blood and bile are seen from the side of the flow. Gravity points down.
 pub(super) fn all(scene: &SceneFile) -> Vec<Shot> {
     use OrganKind as Organ;
     let burns = Site::on(scene, &[Organ::Fat, Organ::ConnectiveTissue, Organ::Liver]);
@@ -24,6 +24,8 @@ pub(super) fn all(scene: &SceneFile) -> Vec<Shot> {
         scene,
         &[Organ::Gallbladder, Organ::CysticDuct, Organ::Liver],
     );
+    let rules = assess::Rules::default();
+    let up = (-Vec3::from(scene.room().gravity_m_s2)).normalize_or(Vec3::Y);
     let burnt = vec![Kind::Smoke, Kind::Steam, Kind::Char];
     let kinds = [
         ("Smoke", vec![Kind::Smoke], 1.1, burns),
@@ -31,21 +33,31 @@ pub(super) fn all(scene: &SceneFile) -> Vec<Shot> {
         ("Dense smoke", vec![Kind::Smoke], 20.0, burns),
         ("Sparks of a cut", vec![Kind::Sparks], 0.15, burns),
         ("Fresh bleeding", vec![Kind::Blood], 0.25, bleeds),
-        ("Older bleeding", vec![Kind::Blood], 9.0, bleeds),
-        ("Bile", vec![Kind::Bile], 8.0, leaks),
+        ("Older bleeding", vec![Kind::Blood], 12.0, bleeds),
+        ("Bile", vec![Kind::Bile], 12.0, leaks),
     ];
     let shots = kinds.into_iter().map(|(title, kinds, seconds, site)| {
-        let Site { at, out, from } = site;
+        let Site { at, out, from, .. } = site;
+        let is_wet = matches!(kinds[0], Kind::Blood | Kind::Bile);
         let is_burnt = matches!(kinds[0], Kind::Smoke | Kind::Sparks);
         let begin = kinds.into_iter().map(|kind| Effect {
             kind,
             at_m: at + out * 0.001,
-            along: out + 0.4 * Vec3::Y,
+            along: out + 0.4 * up,
             strength: 1.0,
-            lasts_s: seconds + 2.0,
+            lasts_s: if is_wet {
+                Effect::LEAK_S
+            } else {
+                seconds + 2.0
+            },
+            flow: match site.organ.filter(|_| is_wet) {
+                Some(organ) => Flow::of_organ(&rules, organ),
+                None => Flow::default(),
+            },
         });
         let begin = begin.collect();
-        let world_from_camera = looking(at + from * 0.06, at - Vec3::Y * 0.004);
+        let far_m = if is_wet { 0.075 } else { 0.06 };
+        let world_from_camera = upright(at + from * far_m, at - up * 0.004, up);
         let tools = match is_burnt {
             true => hook_at(scene, at, from, world_from_camera),
             false => camera_only(scene, world_from_camera),
@@ -61,6 +73,7 @@ pub(super) fn all(scene: &SceneFile) -> Vec<Shot> {
 /// A site on an organ, its outward direction, and the direction of view.
 #[derive(Clone, Copy)]
 struct Site {
+    organ: Option<OrganKind>,
     at: Vec3,
     out: Vec3,
     from: Vec3,
@@ -103,7 +116,13 @@ impl Site {
         let ways = [beside, over, -over, -beside].map(|way| (side + 0.6 * way).normalize_or(side));
         let free = ways.into_iter().find(|from| is_free(at, *from, &wider));
         let from = free.unwrap_or(side);
-        Self { at, out, from }
+        let organ = found.and_then(|organ| OrganKind::from_u32(organ.kind));
+        Self {
+            organ,
+            at,
+            out,
+            from,
+        }
     }
 }
 

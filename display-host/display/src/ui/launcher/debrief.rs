@@ -1,12 +1,12 @@
 //! The debrief: outcome, score, errors, and results compared with the pass rules and earlier
 //! sessions.
 
-use assess::Reason;
+use assess::{Act, Reason};
 use egui::{Grid, Key, Label, RichText, Ui};
 
 use super::lessons::{self, LessonView, Lessons};
 use super::progress::{self, ProgressView};
-use super::{Asking, Wish, pressed, screen};
+use super::{Asking, Wish, minutes, pressed, screen};
 use crate::ui::screens::{BODY, part, title};
 use crate::ui::widgets::{Mark, line, sign};
 use crate::words::Words;
@@ -38,6 +38,8 @@ pub struct Debrief {
     pub lessons: Vec<LessonView>,
     /// Metrics that cost points without an error in `lessons`, and these points.
     pub lost: Vec<(String, f64)>,
+    /// Acts of an instructor.
+    pub acts: Vec<Act>,
     /// True if the recording is there to be replayed.
     pub can_replay: bool,
     /// Rows of the results.
@@ -135,6 +137,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut V
         head(ui, words, debrief);
         if ui.available_width() < SIDE_BY_SIDE {
             lessons::show(ui, words, lessons, wishes);
+            acts(ui, words, debrief, wishes);
             table(ui, words, debrief);
             past(ui, words, debrief);
             return;
@@ -143,6 +146,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut V
             if let [left, right] = columns {
                 left.vertical(|ui| {
                     lessons::show(ui, words, lessons, wishes);
+                    acts(ui, words, debrief, wishes);
                     past(ui, words, debrief);
                 });
                 right.vertical(|ui| table(ui, words, debrief));
@@ -197,6 +201,28 @@ fn head(ui: &mut Ui, words: &Words, debrief: &Debrief) {
                     line(ui, Mark::Care, warning);
                 }
             });
+    }
+}
+
+/// Shows what an instructor did, and buttons that replay it.
+fn acts(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut Vec<Wish>) {
+    if debrief.acts.is_empty() {
+        return;
+    }
+    part(ui, &words.say("page-acts"));
+    for act in &debrief.acts {
+        let what = match &act.remark {
+            Some(remark) => remark.clone(),
+            None => words.say(&act.message()),
+        };
+        let text = format!("{}  {what}", minutes(act.at_s));
+        if debrief.can_replay {
+            if ui.button(text).clicked() {
+                wishes.push(Wish::Replay(act.session_s));
+            }
+        } else {
+            ui.label(text);
+        }
     }
 }
 

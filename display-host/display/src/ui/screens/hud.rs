@@ -161,6 +161,14 @@ fn foot(ui: &Ui, place: Rect, state: &UiState) {
     });
 }
 
+/// Corner of the picture that the other cards leave free.
+pub(super) fn side(place: Rect) -> Align2 {
+    match place.width() - 2.0 * (SIDE + CLEAR) >= SIDE {
+        true => Align2::RIGHT_TOP,
+        false => Align2::RIGHT_CENTER,
+    }
+}
+
 /// Place for a card in the middle: the picture, or the whole black area if the picture is tight.
 pub(super) fn roomy(ui: &Ui, place: Rect) -> Rect {
     match is_tight(place) {

@@ -1,6 +1,7 @@
 //! Screens over the picture: running task, pause, settings. Each is a pure function from the state
 //! to widgets and requests.
 
+mod act;
 mod guide;
 mod hold;
 mod hud;
@@ -40,6 +41,7 @@ pub(super) fn cover(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) -> boo
 pub(super) fn over(ui: &Ui, place: egui::Rect, state: &UiState, asked: &mut Vec<Asked>) {
     hold::show(ui, place, state);
     hud::show(ui, place, state, asked);
+    act::show(ui, place, state);
     // The pause screen must not cover a paused replay.
     let covers = !state.instructor && state.replay.is_none();
     if state.link == Link::Live && state.is_paused() && covers {

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use shared_mem::message::CommandMsg;
+use shared_mem::scene::SceneFile;
 
 use super::super::free_view::FreeCamera;
 use super::super::refusal::Refusal;
@@ -21,6 +22,7 @@ impl Session {
     pub(in crate::window) fn carry_out(
         &mut self,
         asked: &[Asked],
+        scene: &SceneFile,
         observer: &mut dyn FnMut(Observed<'_>),
     ) {
         for asked in asked {
@@ -57,15 +59,23 @@ impl Session {
                 Asked::ShowSettings(open) => {
                     // The settings need the mouse, so release the instrument.
                     if open && self.operate.is_on() {
-                        self.carry_out(&[Asked::ToggleHand], observer);
+                        self.carry_out(&[Asked::ToggleHand], scene, observer);
                     }
                     self.ui.settings_open = open;
-                    self.pause_for_settings(open, observer);
+                    self.pause_for_settings(open, scene, observer);
                     continue;
                 }
                 Asked::Set(settings) => {
                     self.ui.set(settings);
                     self.operate.set(lead(settings.look));
+                    continue;
+                }
+                Asked::Point(at) => {
+                    self.point(at, scene);
+                    continue;
+                }
+                Asked::Act(act) => {
+                    self.act(act);
                     continue;
                 }
                 Asked::Seek(at_ms) => (CommandMsg::SEEK, at_ms),
@@ -85,7 +95,7 @@ impl Session {
                     continue;
                 }
                 Asked::Again => {
-                    self.carry_out(&[Asked::Reset, Asked::Pause(false)], observer);
+                    self.carry_out(&[Asked::Reset, Asked::Pause(false)], scene, observer);
                     continue;
                 }
                 // The window itself handles these.
@@ -121,13 +131,18 @@ impl Session {
     }
 
     /// Pauses the controller while the settings are open.
-    fn pause_for_settings(&mut self, open: bool, observer: &mut dyn FnMut(Observed<'_>)) {
+    fn pause_for_settings(
+        &mut self,
+        open: bool,
+        scene: &SceneFile,
+        observer: &mut dyn FnMut(Observed<'_>),
+    ) {
         let works = !self.ui.instructor && self.replay.is_none() && self.is_live();
         if open && works && !self.ui.is_paused() {
             self.paused_for_settings = true;
-            self.carry_out(&[Asked::Pause(true)], observer);
+            self.carry_out(&[Asked::Pause(true)], scene, observer);
         } else if !open && core::mem::take(&mut self.paused_for_settings) {
-            self.carry_out(&[Asked::Pause(false)], observer);
+            self.carry_out(&[Asked::Pause(false)], scene, observer);
         }
     }
 

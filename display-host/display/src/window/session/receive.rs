@@ -50,6 +50,7 @@ impl Session {
             }
         }
         self.take_bulletin();
+        self.receive_acts();
         self.judge_link();
         let now = self.start.elapsed().as_secs_f64();
         let (feed, ui, pending) = (&mut self.feed, &mut self.ui, &mut self.pending);

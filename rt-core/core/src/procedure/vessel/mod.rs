@@ -120,6 +120,11 @@ impl Vessels {
         self.mark_changed();
     }
 
+    /// Pressure at this sphere, as a share of the full pressure.
+    pub(crate) fn pressure(&self, sphere: u32) -> f32 {
+        *self.pressure.at(sphere)
+    }
+
     /// Advances a tick: spreads pressure, reports leaks, shortens divided tubes.
     pub(crate) fn flow(
         &mut self,

@@ -5,12 +5,12 @@ use super::wire::{Capabilities, Kind, Message, WireError};
 
 /// Bytes heard since the line was opened.
 #[derive(Debug, Default)]
-pub(super) struct Heard {
+pub(super) struct HandshakeLog {
     bytes: u64,
     zeros: u64,
     /// Bytes since the last zero, at most one more than [`MAX_FRAME`].
     frame: Vec<u8>,
-    good: Vec<(Kind, u64)>,
+    valid: Vec<(Kind, u64)>,
     too_long: u64,
     too_short: u64,
     stuffing: u64,
@@ -18,10 +18,10 @@ pub(super) struct Heard {
     /// A sentence about the first frame with a wrong checksum, after a space.
     example: Option<String>,
     /// The first payload that is no valid message, in words.
-    misfit: Option<String>,
+    first_invalid: Option<String>,
 }
 
-impl Heard {
+impl HandshakeLog {
     /// Number of bytes.
     pub(super) const fn bytes(&self) -> u64 {
         self.bytes
@@ -54,7 +54,7 @@ impl Heard {
     }
 
     fn message(&mut self, payload: &[u8]) {
-        let misfit = match Message::new(payload) {
+        let invalid = match Message::new(payload) {
             Ok(message) if is_refused(&message) => format!(
                 "a CAPABILITIES of {} bytes with kind {} and version {}, where the kind must be 1 (haptic device) \
                  or 2 (pedal), and the length 45 bytes in version 1 or 51 bytes in version 2",
@@ -64,9 +64,9 @@ impl Heard {
             ),
             Ok(message) => {
                 let kind = message.kind();
-                match self.good.iter_mut().find(|(known, _)| *known == kind) {
+                match self.valid.iter_mut().find(|(known, _)| *known == kind) {
                     Some((_, count)) => *count += 1,
-                    None => self.good.push((kind, 1)),
+                    None => self.valid.push((kind, 1)),
                 }
                 return;
             }
@@ -87,7 +87,7 @@ impl Heard {
                 None => "a message without a kind".to_owned(),
             },
         };
-        self.misfit.get_or_insert(misfit);
+        self.first_invalid.get_or_insert(invalid);
     }
 
     /// Sentences about the bytes that came, the likely mistake and its remedy, without the last
@@ -101,10 +101,10 @@ impl Heard {
             );
         }
         let mut parts = Vec::new();
-        for (kind, count) in &self.good {
+        for (kind, count) in &self.valid {
             parts.push(format!("{count} good {}", kind.name()));
         }
-        parts.extend(self.misfit.clone());
+        parts.extend(self.first_invalid.clone());
         let counted = [
             (self.checksum, "with a wrong checksum"),
             (
@@ -123,16 +123,16 @@ impl Heard {
         }
         let example = self.example.as_deref().unwrap_or_default();
         let answered = self
-            .good
+            .valid
             .iter()
             .any(|(kind, _)| *kind == Kind::Capabilities);
-        let remedy = if self.misfit.is_some() {
+        let remedy = if self.first_invalid.is_some() {
             "Correct the wrong message: hardware/PROTOCOL.md has its bytes"
         } else if answered {
             // The host drops a good answer only as a repetition.
             "CAPABILITIES had the sequence number of the message before it, so it was dropped: count up by one \
              per message"
-        } else if !self.good.is_empty() {
+        } else if !self.valid.is_empty() {
             "The firmware must answer HELLO with CAPABILITIES"
         } else {
             "Compare the frames with the test vectors of hardware/PROTOCOL.md, and the rate of the line \
@@ -173,7 +173,7 @@ mod tests {
     use super::*;
 
     fn said(bytes: &[u8]) -> String {
-        let mut heard = Heard::default();
+        let mut heard = HandshakeLog::default();
         let mut reader = FrameReader::new();
         for &byte in bytes {
             let read = reader.push(byte);
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn each_mistake_of_a_first_firmware_has_its_words() {
+    fn each_mistake_of_a_new_firmware_has_its_message() {
         let good = Capabilities::touch_class().frame(1);
         let mut plain = good.as_bytes().to_vec();
         plain.pop();

@@ -1,5 +1,5 @@
-//! A haptic device and its line in memory, with a clock that the test advances. Tests use it to
-//! send any bytes to a driver without terminals, threads or waiting.
+//! A haptic device and its line in memory, with a clock that the caller advances. Tests use it to
+//! test a driver, with any bytes, without terminals, threads or waiting.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -13,7 +13,7 @@ use super::touch::{Body, Grip, Touch};
 use crate::HardwareError;
 use crate::hapi::HapiHaptic;
 use crate::hapi::pantograph::Pantograph;
-use crate::line::{Bytes, Hears, Line, now_ns};
+use crate::line::{InputRing, Line, MemoryDevice, now_ns};
 use crate::rig::RigHaptic;
 use crate::rig::device::Motion;
 use crate::woody::WoodyHaptic;
@@ -21,13 +21,13 @@ use crate::woody::mechanism::Mechanism;
 
 /// The device's end of a line in memory.
 #[derive(Debug)]
-pub struct Played {
+pub struct SimulatedDevice {
     end: Arc<End>,
 }
 
 #[derive(Debug)]
 struct End {
-    heard: Arc<Bytes>,
+    input: Arc<InputRing>,
     device: Mutex<Device>,
 }
 
@@ -47,18 +47,18 @@ struct Device {
 enum Squeeze {
     Shut,
     Open,
-    /// A place, m from half open.
+    /// Pull to a position, m from half open.
     To(f32),
 }
 
 /// Body of a device in memory, and the hand at its handle.
 #[derive(Debug, Clone, Copy)]
-pub struct PlayedBody {
+pub struct SimulatedBody {
     /// Mechanics.
     pub body: Body,
     /// Hand at the handle.
     pub grip: Grip,
-    /// Place at which the handle begins, m.
+    /// Initial position of the handle, m.
     pub start_m: Vec3,
     /// Constant force on the handle, N.
     pub load_n: Vec3,
@@ -66,7 +66,7 @@ pub struct PlayedBody {
     pub ring: Body,
 }
 
-impl PlayedBody {
+impl SimulatedBody {
     /// The model's body with nobody at the handle.
     #[must_use]
     pub fn free(model: HapticModel) -> Self {
@@ -92,27 +92,27 @@ impl End {
     }
 }
 
-impl Hears for End {
-    fn hear(&self, bytes: &[u8]) {
+impl MemoryDevice for End {
+    fn receive(&self, bytes: &[u8]) {
         let mut device = self.device();
         let (now_us, now_ns) = (device.now_us(), device.now_ns);
         let Device {
             electronics, touch, ..
         } = &mut *device;
         electronics.receive(bytes, touch, now_us, false, |answer| {
-            self.heard.put(answer, now_ns);
+            self.input.put(answer, now_ns);
         });
     }
 }
 
-impl Played {
+impl SimulatedDevice {
     /// Makes a device at rest in a hand and opens its driver.
     pub fn open(model: HapticModel) -> Result<(Box<dyn HapticDevice + Send>, Self), HardwareError> {
-        let held = PlayedBody {
+        let held = SimulatedBody {
             grip: Grip::STYLUS,
-            ..PlayedBody::free(model)
+            ..SimulatedBody::free(model)
         };
-        Self::open_as(model, held)
+        Self::open_with_body(model, held)
     }
 
     /// Makes a rig whose firmware may have a mistake, in a hand, and opens its driver.
@@ -120,26 +120,26 @@ impl Played {
         mistake: Option<Mistake>,
         grip: Grip,
     ) -> Result<(Box<dyn HapticDevice + Send>, Self), HardwareError> {
-        Self::open_held(HapticModel::TouchRig, mistake, grip)
+        Self::open_rig_as(HapticModel::TouchRig, mistake, grip)
     }
 
     /// Makes a rig of this model as [`open_rig`](Self::open_rig) does.
-    pub fn open_held(
+    pub fn open_rig_as(
         model: HapticModel,
         mistake: Option<Mistake>,
         grip: Grip,
     ) -> Result<(Box<dyn HapticDevice + Send>, Self), HardwareError> {
-        let held = PlayedBody {
+        let held = SimulatedBody {
             grip,
-            ..PlayedBody::free(model)
+            ..SimulatedBody::free(model)
         };
         Self::made(model, mistake, held)
     }
 
     /// Makes a device with this body and opens its driver.
-    pub fn open_as(
+    pub fn open_with_body(
         model: HapticModel,
-        of: PlayedBody,
+        of: SimulatedBody,
     ) -> Result<(Box<dyn HapticDevice + Send>, Self), HardwareError> {
         Self::made(model, None, of)
     }
@@ -147,9 +147,9 @@ impl Played {
     fn made(
         model: HapticModel,
         mistake: Option<Mistake>,
-        of: PlayedBody,
+        of: SimulatedBody,
     ) -> Result<(Box<dyn HapticDevice + Send>, Self), HardwareError> {
-        let heard = Arc::new(Bytes::new());
+        let input = Arc::new(InputRing::new());
         let electronics = Electronics::new(model, mistake);
         let touch = Touch::new(of.body, of.grip, of.start_m).loaded(of.load_n);
         let motion = Motion {
@@ -157,7 +157,7 @@ impl Played {
             ..Motion::default()
         };
         let end = Arc::new(End {
-            heard: Arc::clone(&heard),
+            input: Arc::clone(&input),
             device: Mutex::new(Device {
                 electronics,
                 touch,
@@ -168,7 +168,7 @@ impl Played {
                 now_ns: now_ns(),
             }),
         });
-        let line = Line::played(heard, Arc::clone(&end) as Arc<dyn Hears>);
+        let line = Line::in_memory(input, Arc::clone(&end) as Arc<dyn MemoryDevice>);
         let driver: Box<dyn HapticDevice + Send> = match model {
             HapticModel::TouchRig | HapticModel::HandleRig => Box::new(RigHaptic::on(line)?),
             HapticModel::Woody => Box::new(WoodyHaptic::on(line, Mechanism::WOODY)?),
@@ -181,13 +181,14 @@ impl Played {
         Ok((driver, Self { end }))
     }
 
-    /// Puts any bytes on the line to the driver.
-    pub fn say(&self, bytes: &[u8]) {
+    /// Sends any bytes to the driver.
+    pub fn send_to_driver(&self, bytes: &[u8]) {
         let now_ns = self.now_ns();
-        self.end.heard.put(bytes, now_ns);
+        self.end.input.put(bytes, now_ns);
     }
 
-    /// Advances one millisecond. A device that `speaks` reports unasked, if its protocol does that.
+    /// Advances one millisecond without movement. If `speaks`, the device sends a sample, if its
+    /// protocol does so without a request.
     pub fn millisecond(&self, speaks: bool) {
         let mut device = self.end.device();
         device.now_ns += 1_000_000;
@@ -201,14 +202,14 @@ impl Played {
         electronics.receive(&[], touch, now_us, false, |_| {});
         if speaks {
             electronics.report(motion, touch, now_us, |state| {
-                self.end.heard.put(state, now_ns);
+                self.end.input.put(state, now_ns);
             });
         }
     }
 
     /// Advances one millisecond in which the handle moves. The hand pulls towards `target_m`.
     /// Returns the force of the motors, N.
-    pub fn move_on(&self, target_m: Vec3) -> Vec3 {
+    pub fn advance(&self, target_m: Vec3) -> Vec3 {
         let mut device = self.end.device();
         device.now_ns += 1_000_000;
         let (now_us, now_ns) = (device.now_us(), device.now_ns);
@@ -233,9 +234,9 @@ impl Played {
         touch.step(target_m, Vec3::zeros(), force_n);
         motion.position_m = touch.measured_m().into();
         motion.velocity_m_s = touch.measured_velocity_m_s().into();
-        if !self.end.heard.is_lost() {
+        if !self.end.input.is_lost() {
             electronics.report(motion, touch, now_us, |state| {
-                self.end.heard.put(state, now_ns);
+                self.end.input.put(state, now_ns);
             });
         }
         force_n
@@ -246,7 +247,7 @@ impl Played {
         self.end.device().squeeze = if shut { Squeeze::Shut } else { Squeeze::Open };
     }
 
-    /// Lets the fingers pull a handle that opens towards a place, m from half open.
+    /// Lets the fingers pull a handle that opens towards a position, m from half open.
     pub fn squeeze_to(&self, wanted_m: f32) {
         self.end.device().squeeze = Squeeze::To(wanted_m);
     }
@@ -261,7 +262,7 @@ impl Played {
 
     /// Pulls the plug.
     pub fn unplug(&self) {
-        self.end.heard.lose();
+        self.end.input.mark_lost();
     }
 
     /// Position from the encoders now, m.
@@ -276,11 +277,11 @@ impl Played {
         self.end.device().now_ns
     }
 
-    /// Motor command now, as a share of the largest command that the station may give.
+    /// Motor command now, as a share of the largest permitted command.
     #[must_use]
-    pub fn strain(&self) -> f32 {
+    pub fn motor_load(&self) -> f32 {
         let mut device = self.end.device();
         let now_us = device.now_us();
-        device.electronics.strain(now_us)
+        device.electronics.motor_load(now_us)
     }
 }

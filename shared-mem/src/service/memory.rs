@@ -11,12 +11,12 @@ use rustix::process::{Resource, getrlimit};
 
 use super::folder;
 
-/// Linux's folder for POSIX shared memory.
+/// Folder of POSIX shared memory in Linux.
 pub(super) const SHARED: &str = "/dev/shm";
 
 /// Reason why memory could not be reserved.
 #[derive(Debug)]
-pub(super) enum Lack {
+pub(super) enum MemoryError {
     /// Bytes that are needed, and bytes that are free.
     Room { need: u64, free: u64 },
     /// Bytes of the largest file, and this process's limit on the size of a file.
@@ -37,40 +37,51 @@ fn free() -> u64 {
 }
 
 /// Reserves memory for files of these sizes, bytes.
-pub(super) fn reserve(prefix: &str, sizes: &[u64]) -> Result<Reservation, Lack> {
+pub(super) fn reserve(prefix: &str, sizes: &[u64]) -> Result<Reservation, MemoryError> {
     let largest = sizes.iter().copied().max().unwrap_or(0);
     if let Some(limit) = getrlimit(Resource::Fsize).current
         && limit < largest
     {
-        return Err(Lack::FileSize {
+        return Err(MemoryError::FileSize {
             need: largest,
             limit,
         });
     }
     let need: u64 = sizes.iter().sum();
     let mut files = Vec::new();
-    // Free bytes before anything is reserved. If the file system cannot reserve, this number
-    // alone decides.
-    let had = free();
+    // Free bytes before anything is reserved. If the file system cannot reserve pages, only this
+    // number decides.
+    let free_before = free();
     for (n, &size) in sizes.iter().enumerate() {
         let path = format!("{SHARED}/{prefix}room.{}.{n}", std::process::id());
         let _ = std::fs::remove_file(&path); // of a killed process with the same id
         let flags = OFlags::RDWR | OFlags::CREATE | OFlags::EXCL | OFlags::CLOEXEC;
         let file = rustix::fs::open(&path, flags, Mode::RUSR | Mode::WUSR)
             .map_err(|error| match error {
-                Errno::NOSPC => Lack::Room { need, free: had },
-                _ => Lack::Folder(problem(error)),
+                Errno::NOSPC => MemoryError::Room {
+                    need,
+                    free: free_before,
+                },
+                _ => MemoryError::Folder(problem(error)),
             })
             .map(File::from)?;
         // The file needs no name: it keeps its pages while it is open.
         let _ = std::fs::remove_file(&path);
         match rustix::fs::fallocate(&file, FallocateFlags::empty(), 0, size) {
             Err(Errno::NOSPC | Errno::NOMEM | Errno::DQUOT) => {
-                return Err(Lack::Room { need, free: had });
+                return Err(MemoryError::Room {
+                    need,
+                    free: free_before,
+                });
             }
-            Err(Errno::OPNOTSUPP) if had < need => return Err(Lack::Room { need, free: had }),
+            Err(Errno::OPNOTSUPP) if free_before < need => {
+                return Err(MemoryError::Room {
+                    need,
+                    free: free_before,
+                });
+            }
             Ok(()) | Err(Errno::OPNOTSUPP) => files.push(file),
-            Err(error) => return Err(Lack::Folder(problem(error))),
+            Err(error) => return Err(MemoryError::Folder(problem(error))),
         }
     }
     Ok(Reservation { _files: files })
@@ -98,10 +109,11 @@ pub(super) fn files(folder: &Path, prefix: &str) -> Vec<PathBuf> {
 }
 
 /// Allocates every page of this user's files whose names begin with `prefix`.
-pub(super) fn fill(prefix: &str) -> Result<(), Lack> {
+pub(super) fn fill(prefix: &str) -> Result<(), MemoryError> {
     for path in files(Path::new(SHARED), prefix) {
         let flags = OFlags::WRONLY | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
-        // A file may disappear meanwhile. A link that another user put there is not followed.
+        // A file may disappear after it was listed. A link that another user put there is not
+        // followed.
         let Ok(file) = rustix::fs::open(&path, flags, Mode::empty()).map(File::from) else {
             continue;
         };
@@ -113,15 +125,15 @@ pub(super) fn fill(prefix: &str) -> Result<(), Lack> {
         // Any other error means that the file system allocates a page only when it is used.
         if let Err(Errno::NOSPC | Errno::NOMEM | Errno::DQUOT) = taken {
             let need = meta.len();
-            return Err(Lack::Room { need, free: free() });
+            return Err(MemoryError::Room { need, free: free() });
         }
     }
     Ok(())
 }
 
-/// Removes everything with a name that begins with `prefix` from shared memory and from iceoryx2's
-/// folders below `root`.
-pub(super) fn sweep(root: &Path, prefix: &str) {
+/// Removes all files and folders whose names begin with `prefix` from shared memory and from
+/// iceoryx2's folders below `root`.
+pub(super) fn remove_files(root: &Path, prefix: &str) {
     for path in files(Path::new(SHARED), prefix) {
         let _ = std::fs::remove_file(path);
     }

@@ -21,20 +21,20 @@ use rustix::time::{ClockId, clock_gettime};
 use super::Read;
 
 /// Capacity for unread bytes: more than one second of a rig that reports at 1 kHz.
-const ROOM: usize = 1 << 16;
+const CAPACITY: usize = 1 << 16;
 /// Largest number of bytes of one read.
 const CHUNK: usize = 4096;
-/// Number of unread bytes above which the old ones are discarded. So many collect only when nobody
-/// has polled for a while.
+/// Number of unread bytes above which the old ones are discarded. So many bytes collect only if
+/// nobody polls for a while.
 const BACKLOG: u64 = 2048;
 /// Number of newest bytes that are kept of such a backlog.
 const BACKLOG_KEPT: u64 = 512;
 /// Pause after a read that filled the whole chunk, so that a flooded line does not occupy a core.
-const FLOODED: Duration = Duration::from_millis(1);
+const FLOOD_PAUSE: Duration = Duration::from_millis(1);
 
 /// Ring buffer from the reading thread to the tick.
 #[derive(Debug)]
-pub(crate) struct Bytes {
+pub(crate) struct InputRing {
     ring: Box<[AtomicU8]>,
     written: AtomicU64,
     taken: AtomicU64,
@@ -45,10 +45,10 @@ pub(crate) struct Bytes {
     is_lost: AtomicBool,
 }
 
-impl Bytes {
+impl InputRing {
     pub(crate) fn new() -> Self {
         Self {
-            ring: (0..ROOM).map(|_| AtomicU8::new(0)).collect(),
+            ring: (0..CAPACITY).map(|_| AtomicU8::new(0)).collect(),
             written: AtomicU64::new(0),
             taken: AtomicU64::new(0),
             discarded: AtomicU64::new(0),
@@ -58,7 +58,7 @@ impl Bytes {
     }
 
     fn places(&self, from: u64) -> impl Iterator<Item = &AtomicU8> {
-        let start = (from % ROOM as u64) as usize;
+        let start = (from % CAPACITY as u64) as usize;
         self.ring.iter().cycle().skip(start)
     }
 
@@ -67,7 +67,7 @@ impl Bytes {
     pub(crate) fn put(&self, chunk: &[u8], at_ns: TimeNs) {
         let written = self.written.load(Ordering::Relaxed);
         let used = written - self.taken.load(Ordering::Acquire);
-        let room = ROOM.saturating_sub(used as usize);
+        let room = CAPACITY.saturating_sub(used as usize);
         let mut count = 0;
         for (place, &byte) in self.places(written).zip(chunk.iter().take(room)) {
             place.store(byte, Ordering::Relaxed);
@@ -78,8 +78,8 @@ impl Bytes {
         self.written.store(written + count, Ordering::Release);
     }
 
-    /// Copies the available bytes into `buffer`. Of more than `BACKLOG` bytes, copies only the
-    /// newest.
+    /// Copies the available bytes into `buffer`. If more than `BACKLOG` bytes wait, it copies only
+    /// the newest.
     fn take(&self, buffer: &mut [u8]) -> (usize, TimeNs) {
         let written = self.written.load(Ordering::Acquire);
         let mut taken = self.taken.load(Ordering::Relaxed);
@@ -127,33 +127,33 @@ impl Bytes {
     }
 
     /// Marks the end of the input.
-    pub(crate) fn lose(&self) {
+    pub(crate) fn mark_lost(&self) {
         self.is_lost.store(true, Ordering::Release);
     }
 }
 
-/// The reading thread and its buffer. Dropping an `Inlet` ends the thread.
+/// The reading thread and its buffer. Dropping a `LineReader` ends the thread.
 #[derive(Debug)]
-pub(super) struct Inlet {
-    bytes: Arc<Bytes>,
+pub(super) struct LineReader {
+    bytes: Arc<InputRing>,
     /// Event that ends the thread.
     end: OwnedFd,
     thread: Option<JoinHandle<()>>,
 }
 
-impl Inlet {
+impl LineReader {
     /// Starts the thread with the caller's cores and priority.
     pub(super) fn open(port: &Arc<OwnedFd>) -> io::Result<Self> {
         let end = eventfd(0, EventfdFlags::CLOEXEC)?;
         let asked_to_end = end.try_clone()?;
-        let bytes = Arc::new(Bytes::new());
+        let bytes = Arc::new(InputRing::new());
         let (port, into) = (Arc::clone(port), Arc::clone(&bytes));
         let thread = thread::Builder::new()
             .name("calot-line".to_owned())
             .stack_size(128 << 10)
             .spawn(move || {
                 let _ = read_all(&port, &asked_to_end, &into);
-                into.lose();
+                into.mark_lost();
             })?;
         Ok(Self {
             bytes,
@@ -162,12 +162,12 @@ impl Inlet {
         })
     }
 
-    /// See [`Bytes::read`].
+    /// See [`InputRing::read`].
     pub(super) fn read(&self, buffer: &mut [u8]) -> Read {
         self.bytes.read(buffer)
     }
 
-    /// See [`Bytes::discarded`].
+    /// See [`InputRing::discarded`].
     pub(super) fn discarded(&self) -> u64 {
         self.bytes.discarded()
     }
@@ -178,12 +178,12 @@ impl Inlet {
     }
 
     /// Ends the input.
-    pub(super) fn lose(&self) {
-        self.bytes.lose();
+    pub(super) fn mark_lost(&self) {
+        self.bytes.mark_lost();
     }
 }
 
-impl Drop for Inlet {
+impl Drop for LineReader {
     fn drop(&mut self) {
         let _ = rustix::io::write(&self.end, &1u64.to_ne_bytes());
         if let Some(thread) = self.thread.take() {
@@ -193,7 +193,7 @@ impl Drop for Inlet {
 }
 
 /// Reads until the line is lost or the thread must end.
-fn read_all(port: &OwnedFd, end: &OwnedFd, into: &Bytes) -> Result<(), Errno> {
+fn read_all(port: &OwnedFd, end: &OwnedFd, into: &InputRing) -> Result<(), Errno> {
     let mut chunk = [0; CHUNK];
     loop {
         let mut watched = [
@@ -212,7 +212,7 @@ fn read_all(port: &OwnedFd, end: &OwnedFd, into: &Bytes) -> Result<(), Errno> {
             Ok(count) => {
                 into.put(chunk.get(..count).unwrap_or(&[]), now_ns());
                 if count == CHUNK {
-                    thread::sleep(FLOODED);
+                    thread::sleep(FLOOD_PAUSE);
                 }
             }
             Err(Errno::AGAIN | Errno::INTR) => {}
@@ -235,11 +235,11 @@ mod tests {
     proptest! {
         /// If the reader polls often enough, every byte comes out once and in order.
         #[test]
-        fn bytes_put_in_come_out(
+        fn bytes_are_read_as_written(
             chunks in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..300), 0..1200),
             room in 1usize..1024,
         ) {
-            let bytes = Bytes::new();
+            let bytes = InputRing::new();
             let mut heard = Vec::new();
             let mut buffer = vec![0; room];
             for (i, chunk) in chunks.iter().enumerate() {
@@ -258,8 +258,8 @@ mod tests {
     }
 
     #[test]
-    fn backlog_gives_its_newest_bytes_and_a_flood_is_no_danger() {
-        let bytes = Bytes::new();
+    fn a_backlog_gives_its_newest_bytes_and_a_flood_is_harmless() {
+        let bytes = InputRing::new();
         let mut buffer = [0; 1024];
         for i in 0..40u64 {
             bytes.put(&[i as u8; 100], i);
@@ -273,7 +273,7 @@ mod tests {
             bytes.put(&[i as u8; CHUNK], i);
         }
         let used = bytes.written.load(Ordering::Relaxed) - bytes.taken.load(Ordering::Relaxed);
-        assert_eq!(used, ROOM as u64, "what finds no room is dropped");
+        assert_eq!(used, CAPACITY as u64, "what finds no room is dropped");
         assert_eq!(bytes.take(&mut buffer).0, BACKLOG_KEPT as usize);
         assert_eq!(bytes.take(&mut buffer).0, 0);
         bytes.put(b"on", 7);

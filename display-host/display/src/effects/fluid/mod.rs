@@ -1,0 +1,334 @@
+//! Blood and bile that flow: over the skin, downhill, in pools, and in drops from one organ to the
+//! next.
+//!
+//! ```text
+//! leak (tick) × rate (assess) ─► source ─► parcels on the skin ◄──► drops in the air
+//!                                              │
+//!                                              ▼
+//!                              thickness of the film (field) ─► flow, picture
+//! ```
+//!
+//! # Volumes
+//!
+//! The tick owns each leak: its place and its share of the full flow. `assess` owns the full flow
+//! of each kind of organ, ml/min. Both are published. The product of both is the metric `blood_ml`
+//! or `bile_ml`, and the same product fills this model. [`Balance`] says where the volume is:
+//! what left a vessel lies on tissue, falls, or is gone out of reach. A tube that is cut or torn
+//! also empties itself once. No leak reports that, so the balance has it as a sum of its own.
+//!
+//! # Law
+//!
+//! The fluid is a bounded number of parcels. A parcel is a place on the skin and a volume of blood
+//! and of bile. Spread by a kernel, all parcels give the thickness h of the film ([`Field`]). A
+//! parcel moves with the mean velocity of a viscous film on a slope, ρ g h² / 3 μ times the slope of
+//! the free surface (H. E. Huppert, "Flow and instability of a viscous current down a slope",
+//! Nature 300, 1982). The slope is that of the tissue, and on level ground also that of the film
+//! itself, which evens out pools. A film whose weight does not overcome its rim's hold stands. Blood
+//! becomes more viscous with time, and stands when it has clotted. A parcel that runs over dry
+//! tissue leaves a thin film there.
+//!
+//! Where skin hangs over, a thick film at a lowest place lets go in a drop. Fluid passes to another
+//! organ at once where that organ lies close below, and comes up where another organ covers it.
+//! Blood of arteries spurts with each heartbeat; its mean flow is that of the leak.
+//!
+//! Assumed numbers are marked so at their constants. Water, suction and the volume of a pool's surface
+//! above the tissue are not modelled: a pool is a thick film.
+//!
+//! The steps have a fixed length, and nothing is random but a fixed sequence. So the same record
+//! gives the same fluid, as far as the tissue moves alike between two pictures.
+
+mod columns;
+mod drops;
+mod field;
+mod parcel;
+mod surface;
+
+use glam::Vec3;
+
+use self::columns::Columns;
+pub use self::field::{Block, Field, Film, SIZE, VOXEL_M};
+use self::parcel::{Falling, Lying, clotted};
+use self::surface::{Place, Surface};
+use super::Kind;
+use super::stain::Skin;
+
+/// Largest number of parcels on the skin.
+pub const LYING: usize = 4096;
+/// Largest number of drops in the air.
+pub const FALLING: usize = 192;
+/// Ordinary volume of a parcel that a source gives off, m³.
+const PARCEL_M3: f64 = 1.5e-9;
+/// Age of the columns after which they are sorted again, s.
+const COLUMNS_S: f32 = 0.5;
+/// Every how many steps a parcel looks for skin below and above it.
+const LOOKS: u32 = 5;
+
+/// Volumes of blood and of bile by their place, ml.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Balance {
+    /// Came out of leaks that the controller reports.
+    pub leaked_ml: [f64; 2],
+    /// Came out of divided tubes that emptied themselves.
+    pub emptied_ml: [f64; 2],
+    /// Lies on tissue.
+    pub lies_ml: [f64; 2],
+    /// Falls.
+    pub falls_ml: [f64; 2],
+    /// Gone: fell out of reach.
+    pub gone_ml: [f64; 2],
+}
+
+/// All blood and bile outside of vessels.
+#[derive(Debug, Clone)]
+pub struct Fluids {
+    up: Vec3,
+    lying: Vec<Lying>,
+    falling: Vec<Falling>,
+    field: Option<Field>,
+    surface: Option<Surface>,
+    columns: Option<(Columns, f32)>,
+    middle_m: Vec3,
+    came_m3: [[f64; 2]; 2],
+    gone_m3: [f64; 2],
+    steps: u32,
+    thrown: u32,
+}
+
+/// Fluid that leaves a source.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Gush {
+    pub(super) kind: Kind,
+    pub(super) at_m: Vec3,
+    /// Vertex of the skin at the source.
+    pub(super) mouth: Option<usize>,
+    pub(super) volume_m3: f64,
+    /// Velocity of the part that spurts, m/s, and its share.
+    pub(super) spurts: (Vec3, f32),
+    /// True for a leak, false for a tube that empties itself.
+    pub(super) is_leak: bool,
+}
+
+impl Fluids {
+    pub(super) fn new(up: Vec3) -> Self {
+        Self {
+            up,
+            lying: Vec::new(),
+            falling: Vec::new(),
+            field: None,
+            surface: None,
+            columns: None,
+            middle_m: Vec3::ZERO,
+            came_m3: [[0.0; 2]; 2],
+            gone_m3: [0.0; 2],
+            steps: 0,
+            thrown: 0,
+        }
+    }
+
+    /// Unit vector against gravity.
+    pub(crate) fn up(&self) -> Vec3 {
+        self.up
+    }
+
+    /// Thickness of the films; `None` while nothing has leaked.
+    #[must_use]
+    pub fn field(&self) -> Option<&Field> {
+        self.field.as_ref()
+    }
+
+    /// Number of parcels on the skin, and of drops in the air.
+    #[must_use]
+    pub fn counts(&self) -> [usize; 2] {
+        [self.lying.len(), self.falling.len()]
+    }
+
+    /// Volumes, by where they are.
+    #[must_use]
+    pub fn balance(&self) -> Balance {
+        let sum = |volumes: &mut dyn Iterator<Item = [f64; 2]>| {
+            let total = volumes.fold([0.0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
+            total.map(|it| it * 1e6)
+        };
+        Balance {
+            leaked_ml: self.came_m3[0].map(|it| it * 1e6),
+            emptied_ml: self.came_m3[1].map(|it| it * 1e6),
+            lies_ml: sum(&mut self.lying.iter().map(|it| it.volume_m3)),
+            falls_ml: sum(&mut self.falling.iter().map(|it| it.volume_m3)),
+            gone_ml: self.gone_m3.map(|it| it * 1e6),
+        }
+    }
+
+    /// Places of the fluid on the skin, world frame, m.
+    #[must_use]
+    pub fn places(&self, skin: &Skin<'_>) -> Vec<Vec3> {
+        let mut surface = self.surface.clone().unwrap_or_default();
+        if !surface.fits(skin) {
+            return Vec::new();
+        }
+        surface.begin_moment();
+        let places = self.lying.iter();
+        places.map(|it| surface.position(&it.place, skin)).collect()
+    }
+
+    /// Forgets the neighbours of the skin's triangles, because the skin was cut.
+    pub(crate) fn skin_changed(&mut self) {
+        (self.surface, self.columns) = (None, None);
+    }
+
+    /// Takes fluid from a source.
+    pub(super) fn pour(&mut self, gush: &Gush, skin: &Skin<'_>) {
+        let slot = usize::from(gush.kind == Kind::Bile);
+        let mut volume_m3 = [0.0; 2];
+        volume_m3[slot] = gush.volume_m3;
+        self.came_m3[usize::from(!gush.is_leak)][slot] += gush.volume_m3;
+        let place = gush.mouth.and_then(|vertex| skin.place_at(vertex));
+        let (velocity, share) = gush.spurts;
+        let share = if place.is_some() {
+            f64::from(share)
+        } else {
+            1.0
+        };
+        let spurts = volume_m3.map(|v| v * share);
+        let runs = volume_m3.map(|v| v * (1.0 - share));
+        if spurts[0] + spurts[1] > 0.0 {
+            self.throw(gush.at_m, velocity, spurts, 0.0);
+        }
+        if let Some((triangle, weights)) = place {
+            if self.field.is_none() {
+                let middle_m = skin.at_rest(gush.mouth.unwrap_or(0));
+                // More of it runs down than up.
+                self.middle_m = gush.at_m - self.up * 0.02;
+                self.field = Some(Field::around(middle_m - self.up * 0.02));
+            }
+            self.lie(Lying::new(Place { triangle, weights }, runs, 0.0));
+        }
+    }
+
+    /// Volume of the parcels that a source of this flow gives off, m³.
+    pub(super) fn parcel_m3(&self, flow_m3_s: f64) -> f64 {
+        (flow_m3_s / 90.0).clamp(0.1 * PARCEL_M3, 4.0 * PARCEL_M3)
+    }
+
+    fn lose(&mut self, volume_m3: [f64; 2]) {
+        for (gone, volume) in self.gone_m3.iter_mut().zip(volume_m3) {
+            *gone += volume;
+        }
+    }
+
+    fn lie(&mut self, parcel: Lying) {
+        if self.lying.len() < LYING {
+            self.lying.push(parcel);
+        } else if let Some(last) = self.lying.last_mut() {
+            merge(last, &parcel);
+        }
+    }
+
+    /// Prepares for steps at this moment of the skin.
+    pub(super) fn begin_moment(&mut self, skin: &Skin<'_>) {
+        let fits = self.surface.as_ref().is_some_and(|it| it.fits(skin));
+        if let Some(surface) = self.surface.as_mut().filter(|_| fits) {
+            surface.begin_moment();
+        } else {
+            self.surface = None;
+        }
+    }
+
+    /// Advances by a step.
+    pub(super) fn step(&mut self, step_s: f32, skin: &Skin<'_>) {
+        if self.lying.is_empty() && self.falling.is_empty() {
+            return;
+        }
+        let mut surface = self.surface.take().unwrap_or_else(|| {
+            let mut surface = Surface::of(skin);
+            surface.begin_moment();
+            surface
+        });
+        self.flow(step_s, &mut surface, skin);
+        self.surface = Some(surface);
+    }
+
+    /// Sums up the parcels in the field.
+    fn spread(&mut self, skin: &Skin<'_>) {
+        let Some(field) = &mut self.field else { return };
+        field.clear();
+        for it in &self.lying {
+            let at = Surface::at_rest(&it.place, skin);
+            field.add(at, it.volume_m3, clotted(it.age_s));
+        }
+    }
+
+    fn flow(&mut self, step_s: f32, surface: &mut Surface, skin: &Skin<'_>) {
+        self.steps = self.steps.wrapping_add(1);
+        self.fly(step_s, surface, skin);
+        self.renew_columns(step_s, surface, skin);
+        let Some(field) = self.field.take() else {
+            return;
+        };
+        let mut lying = std::mem::take(&mut self.lying);
+        let mut marks = Vec::new();
+        let mut left = Vec::with_capacity(lying.len());
+        for (number, mut it) in (0u32..).zip(lying.drain(..)) {
+            let (mark, [normal, at], thick_m) = it.step(step_s, self.up, &field, surface, skin);
+            marks.extend(mark);
+            let looks = (self.steps.wrapping_add(number)).is_multiple_of(LOOKS);
+            if looks && !self.pass_on(&mut it, [normal, at], thick_m, surface, skin) {
+                continue;
+            }
+            left.push(it);
+        }
+        self.lying = left;
+        for mark in marks {
+            self.lie(mark);
+        }
+        self.field = Some(field);
+        if self.lying.len() > LYING * 7 / 8 {
+            self.thin_out(skin);
+        }
+        self.spread(skin);
+    }
+
+    /// Sorts the columns again if they are old.
+    fn renew_columns(&mut self, step_s: f32, surface: &mut Surface, skin: &Skin<'_>) {
+        match &mut self.columns {
+            Some((_, age_s)) if *age_s + step_s < COLUMNS_S => *age_s += step_s,
+            _ => {
+                let columns = Columns::around(self.middle_m, self.up, surface, skin);
+                self.columns = Some((columns, 0.0));
+            }
+        }
+    }
+
+    /// Joins parcels that lie in one small cube of the tissue at rest.
+    fn thin_out(&mut self, skin: &Skin<'_>) {
+        let cube = |it: &Lying| {
+            let at = Surface::at_rest(&it.place, skin) / 0.001_6;
+            at.floor().to_array().map(|v| v as i32)
+        };
+        let mut keyed: Vec<_> = self.lying.drain(..).map(|it| (cube(&it), it)).collect();
+        keyed.sort_by_key(|(key, _)| *key);
+        let mut last_key = None;
+        for (key, it) in keyed {
+            match self.lying.last_mut() {
+                Some(last) if last_key == Some(key) => merge(last, &it),
+                _ => self.lying.push(it),
+            }
+            last_key = Some(key);
+        }
+    }
+}
+
+/// Adds a parcel to another, which keeps its place if it is larger.
+fn merge(into: &mut Lying, other: &Lying) {
+    let (a, b) = (into.total_m3(), other.total_m3());
+    let share = (b / (a + b).max(1e-18)) as f32;
+    if b > a {
+        into.place = other.place;
+    }
+    into.age_s += (other.age_s - into.age_s) * share;
+    for (sum, volume) in into.volume_m3.iter_mut().zip(other.volume_m3) {
+        *sum += volume;
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,254 @@
+//! Volumes, and where fluid runs, on a plane and a step of two planes.
+
+use glam::Vec3;
+use proptest::prelude::*;
+
+use super::*;
+use crate::effects::{Effect, Effects, Flow};
+use crate::skinning::{RestVertex, SkinMesh};
+
+/// A square sheet of this side (m) around a place, inclined by `slope` towards x, as a skin that
+/// never moves.
+fn add_sheet(mesh: &mut SkinMesh, middle: Vec3, side_m: f32, slope: f32) {
+    use bytemuck::Zeroable;
+    const N: usize = 40;
+    let vertices: Vec<RestVertex> = (0..N * N)
+        .map(|i| {
+            let [x, z] = [i % N, i / N].map(|k| (k as f32 / (N - 1) as f32 - 0.5) * side_m);
+            RestVertex {
+                position: (middle + Vec3::new(x, -slope * x, z)).to_array(),
+                normal: Vec3::new(slope, 1.0, 0.0).normalize().to_array(),
+                ..Zeroable::zeroed()
+            }
+        })
+        .collect();
+    let mut triangles = Vec::new();
+    for k in 0..N - 1 {
+        for i in 0..N - 1 {
+            let a = (k * N + i) as u32;
+            let n = N as u32;
+            triangles.extend([[a, a + n, a + 1], [a + 1, a + n, a + n + 1]]);
+        }
+    }
+    mesh.add_fixed(&vertices, &triangles);
+}
+
+fn leak(at_m: Vec3, ml_min: f32, pulses: bool) -> Effect {
+    Effect {
+        kind: Kind::Blood,
+        at_m,
+        along: Vec3::Y,
+        strength: 1.0,
+        lasts_s: Effect::LEAK_S,
+        flow: Flow { ml_min, pulses },
+    }
+}
+
+/// Sum of all places, ml.
+fn everywhere(balance: &Balance) -> [f64; 2] {
+    [0, 1].map(|k| balance.lies_ml[k] + balance.falls_ml[k] + balance.gone_ml[k])
+}
+
+fn is_balanced(fluids: &Fluids) -> bool {
+    let balance = fluids.balance();
+    let came = [0, 1].map(|k| balance.leaked_ml[k] + balance.emptied_ml[k]);
+    let there = everywhere(&balance);
+    (0..2).all(|k| (came[k] - there[k]).abs() <= 1e-9 * came[k].max(1.0))
+}
+
+/// Plays a leak on a skin whose vertices all count as skin of organs, for `seconds`.
+fn played(mesh: &mut SkinMesh, effects: &[Effect], seconds: f32, frame_s: f32) -> Effects {
+    let spheres = sphere_at_rest(mesh);
+    let skin = Skin::new(mesh, &spheres.0, &spheres.1, &[]);
+    let mut all = Effects::new(Vec3::Y);
+    for effect in effects {
+        all.begin(effect, &skin);
+    }
+    for _ in 0..(seconds / frame_s).round() as u32 {
+        all.advance(frame_s, &skin);
+    }
+    all
+}
+
+/// One sphere, by which `Skin::nearest` finds the displacement, far below all sheets.
+fn sphere_at_rest(
+    mesh: &mut SkinMesh,
+) -> (
+    Vec<shared_mem::scene::SphereRecord>,
+    Vec<shared_mem::message::SphereState>,
+) {
+    use bytemuck::Zeroable;
+    mesh.skinned = mesh.vertices.len();
+    let at = [0.0, -10.0, 0.0];
+    let mut rest = shared_mem::scene::SphereRecord::zeroed();
+    let mut now = shared_mem::message::SphereState::zeroed();
+    (rest.center_m, now.center_m) = (at, at);
+    (vec![rest], vec![now])
+}
+
+fn mean_place(effects: &Effects, mesh: &SkinMesh) -> Vec3 {
+    let skin = Skin::new(mesh, &[], &[], &[]);
+    let places = effects.fluids().places(&skin);
+    places.iter().sum::<Vec3>() / places.len().max(1) as f32
+}
+
+#[test]
+fn blood_runs_downhill_leaves_a_film_and_stands_on_level_ground() {
+    let mut slope = SkinMesh::default();
+    add_sheet(&mut slope, Vec3::ZERO, 0.08, 1.0);
+    let top = Vec3::new(-0.03, 0.03, 0.0);
+    let effects = played(&mut slope, &[leak(top, 4.0, false)], 4.0, 0.05);
+    assert!(
+        mean_place(&effects, &slope).x > -0.022,
+        "{}",
+        mean_place(&effects, &slope)
+    );
+    assert!(is_balanced(effects.fluids()));
+    // Close the leak: what is left on the way is a thin film, and no more runs.
+    let mut closed = effects;
+    let spheres = sphere_at_rest(&mut slope);
+    let skin = Skin::new(&slope, &spheres.0, &spheres.1, &[]);
+    closed.begin(
+        &Effect {
+            strength: 0.0,
+            ..leak(top, 4.0, false)
+        },
+        &skin,
+    );
+    let leaked = closed.fluids().balance().leaked_ml[0];
+    for _ in 0..200 {
+        closed.advance(0.05, &skin);
+    }
+    assert!((closed.fluids().balance().leaked_ml[0] - leaked).abs() < 1e-12);
+    let places = closed.fluids().places(&skin);
+    assert!(
+        places.iter().any(|at| at.x < -0.01),
+        "no film is left on the way"
+    );
+    let lowest = places.iter().map(|at| at.x).fold(0.0, f32::max);
+    assert!(lowest > 0.015, "it stopped at {lowest}");
+
+    let mut level = SkinMesh::default();
+    add_sheet(&mut level, Vec3::ZERO, 0.08, 0.0);
+    let effects = played(&mut level, &[leak(Vec3::ZERO, 4.0, false)], 6.0, 0.05);
+    let places = {
+        let skin = Skin::new(&level, &[], &[], &[]);
+        effects.fluids().places(&skin)
+    };
+    let radius_m = places.iter().map(|at| at.length()).fold(0.0, f32::max);
+    assert!(
+        (0.004..0.025).contains(&radius_m),
+        "a pool of radius {radius_m}"
+    );
+    assert!(mean_place(&effects, &level).length() < 0.002);
+}
+
+#[test]
+fn what_drips_off_one_organ_lies_on_the_next() {
+    let mut mesh = SkinMesh::default();
+    // A ceiling: a sheet turned over.
+    add_sheet(&mut mesh, Vec3::Y * 0.03, 0.02, 0.0);
+    for triangle in &mut mesh.triangles {
+        triangle.swap(1, 2);
+    }
+    add_sheet(&mut mesh, Vec3::ZERO, 0.08, 0.0);
+    let effects = played(&mut mesh, &[leak(Vec3::Y * 0.03, 10.0, false)], 4.0, 0.05);
+    let skin = Skin::new(&mesh, &[], &[], &[]);
+    let below = effects
+        .fluids()
+        .places(&skin)
+        .iter()
+        .filter(|at| at.y < 0.01)
+        .count();
+    assert!(below > 20, "{below} parcels below");
+    assert!(is_balanced(effects.fluids()));
+    assert!(effects.fluids().balance().gone_ml[0] <= 0.0);
+}
+
+#[test]
+fn the_same_leak_gives_the_same_fluid_at_any_frame_rate() {
+    let run = |frame_s| {
+        let mut mesh = SkinMesh::default();
+        add_sheet(&mut mesh, Vec3::ZERO, 0.08, 0.4);
+        let effects = played(&mut mesh, &[leak(Vec3::ZERO, 12.0, true)], 2.0, frame_s);
+        (mean_place(&effects, &mesh), effects.fluids().balance())
+    };
+    let [a, b, c] = [0.05, 0.05, 0.1].map(run);
+    assert_eq!(a, b, "two runs differ");
+    assert!(
+        (a.1.leaked_ml[0] - c.1.leaked_ml[0]).abs() < 0.01,
+        "{a:?} {c:?}"
+    );
+    assert!(a.0.distance(c.0) < 0.002, "{a:?} {c:?}");
+}
+
+#[test]
+fn an_artery_gives_its_mean_flow_and_pulses() {
+    let mut mesh = SkinMesh::default();
+    add_sheet(&mut mesh, Vec3::ZERO, 0.08, 0.2);
+    let spheres = sphere_at_rest(&mut mesh);
+    let skin = Skin::new(&mesh, &spheres.0, &spheres.1, &[]);
+    let mut effects = Effects::new(Vec3::Y);
+    effects.begin(&leak(Vec3::ZERO, 30.0, true), &skin);
+    let mut flows = Vec::new();
+    let mut before = 0.0;
+    // 20 beats of 0.86 s.
+    for _ in 0..172 {
+        effects.advance(0.1, &skin);
+        let leaked = effects.fluids().balance().leaked_ml[0];
+        flows.push(leaked - before);
+        before = leaked;
+    }
+    assert!((before / (0.5 * 17.2) - 1.0).abs() < 0.02, "{before} ml");
+    let most = flows.iter().copied().fold(0.0, f64::max);
+    let least = flows.iter().skip(1).copied().fold(1.0, f64::min);
+    assert!(most > 3.0 * least, "{most} {least}");
+}
+
+#[test]
+fn memory_is_bounded_and_blood_mixes_with_bile() {
+    let mut mesh = SkinMesh::default();
+    add_sheet(&mut mesh, Vec3::ZERO, 0.2, 0.0);
+    let bile = Effect {
+        kind: Kind::Bile,
+        ..leak(Vec3::X * 0.002, 200.0, false)
+    };
+    let effects = played(
+        &mut mesh,
+        &[leak(Vec3::ZERO, 200.0, false), bile],
+        30.0,
+        1.0,
+    );
+    let [lying, falling] = effects.fluids().counts();
+    assert!(lying <= LYING && falling <= FALLING, "{lying} {falling}");
+    assert!(is_balanced(effects.fluids()));
+    let field = effects.fluids().field().expect("wet");
+    let [xs, ys, zs] = field.wet().expect("wet");
+    let mixed = (zs[0]..zs[1]).any(|z| {
+        (ys[0]..ys[1])
+            .any(|y| (xs[0]..xs[1]).any(|x| field.at([x, y, z]).thick_m.iter().all(|h| *h > 1e-4)))
+    });
+    assert!(mixed);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn what_left_a_vessel_is_somewhere(
+        slope in -2.0f32..2.0, ml_min in 0.5f32..300.0, pulses: bool, seconds in 0.1f32..6.0,
+        frame_s in 0.02f32..1.0, along in any::<[f32; 3]>(), lasts_s in 0.2f32..3.0,
+    ) {
+        let mut mesh = SkinMesh::default();
+        add_sheet(&mut mesh, Vec3::ZERO, 0.03, slope);
+        add_sheet(&mut mesh, Vec3::NEG_Y * 0.05, 0.03, 0.0);
+        let start = leak(Vec3::ZERO, ml_min, pulses);
+        let empties = Effect { lasts_s, kind: Kind::Bile, along: along.into(), ..start };
+        let effects = played(&mut mesh, &[start, empties], seconds, frame_s);
+        prop_assert!(is_balanced(effects.fluids()), "{:?}", effects.fluids().balance());
+        let [lying, falling] = effects.fluids().counts();
+        prop_assert!(lying <= LYING && falling <= FALLING);
+        let skin = Skin::new(&mesh, &[], &[], &[]);
+        prop_assert!(effects.fluids().places(&skin).iter().all(|at| at.is_finite()));
+    }
+}

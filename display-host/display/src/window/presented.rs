@@ -1,0 +1,309 @@
+//! Asks the X server when it presents the window's pictures.
+//!
+//! wgpu passes no presentation times on. But drivers show the pictures of a window through the X
+//! server's extension Present, and the server tells each client that asks. So a connection of its
+//! own asks for the window. Its events carry their time, so reading them late does no harm.
+
+use winit::raw_window_handle::{HasWindowHandle as _, RawWindowHandle};
+use winit::window::Window;
+use x11rb::connection::{Connection as _, RequestConnection as _};
+use x11rb::errors::ConnectionError;
+use x11rb::protocol::Event;
+use x11rb::protocol::present::{
+    self, CompleteKind, CompleteMode, CompleteNotifyEvent, ConnectionExt as _, EventMask,
+};
+use x11rb::rust_connection::RustConnection;
+
+use crate::latency::{FrameRecord, now_ns};
+use crate::patch::Lit;
+use crate::presentation::{Missing, Order, Presented, Way, is_this_clock};
+
+/// A picture that was handed to the driver.
+pub(super) struct Handed {
+    /// The picture of the scene in it, if it is a new one.
+    pub(super) frame: Option<FrameRecord>,
+    /// The square of `calot photon` in it.
+    pub(super) lit: Option<Lit>,
+    /// Time of the handing over, ns.
+    pub(super) handed_ns: u64,
+}
+
+/// Pictures of a window on their way to the screen. `T` is what is known of a picture.
+pub(super) struct Watch<T> {
+    server: Result<RustConnection, Missing>,
+    order: Order<T>,
+}
+
+impl<T> Watch<T> {
+    /// Watches a window. Call it before its first picture.
+    pub(super) fn of(window: &Window) -> Self {
+        let server = number(window).and_then(|number| ask(None, number));
+        Self {
+            server,
+            order: Order::default(),
+        }
+    }
+
+    /// Reason for which nothing is told, if that is known.
+    pub(super) fn refused(&self) -> Option<&Missing> {
+        self.server.as_ref().err()
+    }
+
+    /// From now on pictures are of a new swapchain.
+    pub(super) fn renew(&mut self) {
+        self.order.renew();
+    }
+
+    /// Notes that a picture was handed to the driver.
+    pub(super) fn hand(&mut self, picture: T) {
+        if self.server.is_ok() {
+            self.order.hand(picture);
+        }
+    }
+
+    /// Calls `each` for each picture of which the server told since the last call.
+    pub(super) fn take(&mut self, mut each: impl FnMut(T, Presented)) {
+        let Ok(server) = &self.server else {
+            return;
+        };
+        let outcome = loop {
+            match server.poll_for_event() {
+                Ok(Some(Event::PresentCompleteNotify(event))) => {
+                    let Some(presented) = presented(&event) else {
+                        continue;
+                    };
+                    if !is_this_clock(presented.at_ns, now_ns()) {
+                        break Err(Missing::OtherClock);
+                    }
+                    if let Some(picture) = self.order.told(event.serial) {
+                        each(picture, presented);
+                    }
+                }
+                Ok(Some(_)) => {}
+                Ok(None) => break Ok(()),
+                Err(error) => break Err(failed(&error)),
+            }
+        };
+        if let Err(missing) = outcome {
+            self.server = Err(missing);
+        }
+    }
+}
+
+/// The window's number at the X server.
+fn number(window: &Window) -> Result<u32, Missing> {
+    let handle = window.window_handle();
+    match handle.map(|it| it.as_raw()) {
+        Ok(RawWindowHandle::Xlib(it)) => {
+            u32::try_from(it.window).map_err(|error| Missing::Refused(error.to_string()))
+        }
+        Ok(RawWindowHandle::Xcb(it)) => Ok(it.window.get()),
+        Ok(RawWindowHandle::Wayland(_)) => Err(Missing::Wayland),
+        Ok(other) => Err(Missing::Refused(format!("unknown window {other:?}"))),
+        Err(error) => Err(Missing::Refused(error.to_string())),
+    }
+}
+
+/// Asks the server of this display, or of DISPLAY, to tell when pictures of a window are complete.
+fn ask(display: Option<&str>, window: u32) -> Result<RustConnection, Missing> {
+    let refused = |error: &dyn std::error::Error| Missing::Refused(error.to_string());
+    let (server, _) = RustConnection::connect(display).map_err(|error| refused(&error))?;
+    let found = server.extension_information(present::X11_EXTENSION_NAME);
+    if found.map_err(|error| failed(&error))?.is_none() {
+        return Err(Missing::NoExtension);
+    }
+    let version = server.present_query_version(1, 0);
+    let version = version.map_err(|error| failed(&error))?;
+    version.reply().map_err(|error| refused(&error))?;
+    let number = server.generate_id().map_err(|error| refused(&error))?;
+    let chosen = server.present_select_input(number, window, EventMask::COMPLETE_NOTIFY);
+    let chosen = chosen.map_err(|error| failed(&error))?;
+    chosen.check().map_err(|error| refused(&error))?;
+    Ok(server)
+}
+
+fn failed(error: &ConnectionError) -> Missing {
+    Missing::Refused(error.to_string())
+}
+
+/// The presentation that an event tells. `None`: it is of no picture.
+fn presented(event: &CompleteNotifyEvent) -> Option<Presented> {
+    if event.kind != CompleteKind::PIXMAP {
+        return None;
+    }
+    let way = match event.mode {
+        CompleteMode::FLIP => Way::Flip,
+        CompleteMode::SKIP => Way::Skip,
+        // `SUBOPTIMAL_COPY` is a copy that could be a flip with other memory.
+        _ => Way::Copy,
+    };
+    Some(Presented {
+        at_ns: event.ust.saturating_mul(1000),
+        way,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::{BufRead as _, BufReader};
+    use std::process::{Child, Command, Stdio};
+    use std::time::{Duration, Instant};
+
+    use x11rb::COPY_DEPTH_FROM_PARENT;
+    use x11rb::protocol::xproto::{ConnectionExt as _, CreateWindowAux, WindowClass};
+
+    use super::*;
+
+    /// A virtual screen that ends with its test.
+    struct Screen(Child, String);
+
+    impl Drop for Screen {
+        fn drop(&mut self) {
+            let _ = self.0.kill();
+            let _ = self.0.wait();
+        }
+    }
+
+    /// `None`: Xvfb is not installed.
+    fn screen(more: &[&str]) -> Option<Screen> {
+        let mut server = Command::new("Xvfb");
+        server.args(["-displayfd", "1", "-noreset", "-nolisten", "tcp"]);
+        server.args(["-screen", "0", "320x240x24"]).args(more);
+        let server = server.stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
+        let Ok(mut server) = server else {
+            eprintln!("SKIPPED: Xvfb is not installed (apt-get install xvfb)");
+            return None;
+        };
+        let mut line = String::new();
+        let stdout = server.stdout.take().unwrap();
+        BufReader::new(stdout).read_line(&mut line).unwrap();
+        Some(Screen(server, format!(":{}", line.trim())))
+    }
+
+    /// Opens a window as another client would.
+    fn window(display: &str) -> (RustConnection, u32) {
+        let (client, at) = RustConnection::connect(Some(display)).unwrap();
+        let root = client.setup().roots[at].root;
+        let number = client.generate_id().unwrap();
+        let (kind, look) = (WindowClass::INPUT_OUTPUT, CreateWindowAux::new());
+        let depth = COPY_DEPTH_FROM_PARENT;
+        let opened = client.create_window(depth, number, root, 0, 0, 100, 80, 0, kind, 0, &look);
+        opened.unwrap().check().unwrap();
+        client.map_window(number).unwrap().check().unwrap();
+        client.present_query_version(1, 0).unwrap().reply().unwrap();
+        (client, number)
+    }
+
+    /// Presents a pixmap as a driver does.
+    fn show(client: &RustConnection, window: u32, serial: u32) {
+        let pixmap = client.generate_id().unwrap();
+        client.create_pixmap(24, pixmap, window, 100, 80).unwrap();
+        let (none, all) = (x11rb::NONE, x11rb::NONE);
+        let shown = client.present_pixmap(
+            window,
+            pixmap,
+            serial,
+            all,
+            all,
+            0,
+            0,
+            none,
+            none,
+            none,
+            0,
+            0,
+            0,
+            0,
+            &[],
+        );
+        shown.unwrap().check().unwrap();
+        client.free_pixmap(pixmap).unwrap();
+        client.flush().unwrap();
+    }
+
+    #[test]
+    fn a_server_tells_when_each_picture_of_another_client_was_presented() {
+        let Some(screen) = screen(&[]) else { return };
+        let (client, number) = window(&screen.1);
+        let mut watch = Watch {
+            server: ask(Some(&screen.1), number),
+            order: Order::default(),
+        };
+        assert_eq!(watch.refused(), None);
+        let mut told = Vec::new();
+        let begun_ns = now_ns();
+        for serial in 1..=5 {
+            watch.hand(now_ns());
+            show(&client, number, serial);
+        }
+        let begun = Instant::now();
+        while told.len() < 5 && begun.elapsed() < Duration::from_secs(20) {
+            watch.take(|handed_ns, it| told.push((handed_ns, it)));
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        assert_eq!(told.len(), 5);
+        let copied = told.iter().filter(|(_, it)| it.way == Way::Copy).count();
+        assert!(copied > 0, "Xvfb copies: {told:?}");
+        for (handed_ns, it) in &told {
+            // Xvfb counts in frames of its own, so a time may be up to one of them early.
+            assert!(it.at_ns + 20_000_000 > *handed_ns, "{told:?}");
+            assert!((begun_ns..now_ns() + 20_000_000).contains(&(it.at_ns + 20_000_000)));
+        }
+    }
+
+    #[test]
+    fn a_server_without_the_extension_and_one_that_is_gone_are_named() {
+        let Some(without) = screen(&["-extension", "Present"]) else {
+            return;
+        };
+        // Some servers cannot do without it.
+        let (client, at) = RustConnection::connect(Some(&without.1)).unwrap();
+        let has = client.extension_information(present::X11_EXTENSION_NAME);
+        if has.unwrap().is_none() {
+            let root = client.setup().roots[at].root;
+            let refused = ask(Some(&without.1), root).err();
+            assert_eq!(refused, Some(Missing::NoExtension));
+        }
+        let Some(ends) = screen(&[]) else { return };
+        let (client, number) = window(&ends.1);
+        let mut watch = Watch::<()> {
+            server: ask(Some(&ends.1), number),
+            order: Order::default(),
+        };
+        let name = ends.1.clone();
+        drop((ends, client));
+        let begun = Instant::now();
+        while watch.refused().is_none() && begun.elapsed() < Duration::from_secs(20) {
+            watch.take(|(), _| ());
+        }
+        assert!(matches!(watch.refused(), Some(Missing::Refused(_))));
+        assert!(matches!(ask(Some(&name), number), Err(Missing::Refused(_))));
+    }
+
+    #[test]
+    fn events_of_no_picture_tell_nothing_and_each_way_has_its_word() {
+        let event = |kind, mode| CompleteNotifyEvent {
+            response_type: 35,
+            extension: 0,
+            sequence: 0,
+            length: 0,
+            event_type: 1,
+            kind,
+            mode,
+            event: 1,
+            window: 2,
+            serial: 3,
+            ust: 4_000_000,
+            msc: 5,
+        };
+        let way = |mode| presented(&event(CompleteKind::PIXMAP, mode)).map(|it| it.way);
+        assert_eq!(way(CompleteMode::FLIP), Some(Way::Flip));
+        assert_eq!(way(CompleteMode::COPY), Some(Way::Copy));
+        assert_eq!(way(CompleteMode::SUBOPTIMAL_COPY), Some(Way::Copy));
+        assert_eq!(way(CompleteMode::SKIP), Some(Way::Skip));
+        let at_ns = presented(&event(CompleteKind::PIXMAP, CompleteMode::COPY));
+        assert_eq!(at_ns.map(|it| it.at_ns), Some(4_000_000_000));
+        let other = event(CompleteKind::NOTIFY_MSC, CompleteMode::COPY);
+        assert_eq!(presented(&other), None);
+    }
+}

@@ -1,0 +1,131 @@
+//! Acts of instructors: shown at the station, asked for in an instructor's window.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use glam::{Vec2, Vec3};
+use shared_mem::message::{ActMsg, ActReply, StateFrame, ToolFrame};
+use shared_mem::scene::SceneFile;
+use shared_mem::words::ActKind;
+
+use super::Session;
+use crate::render::camera::Scope;
+use crate::ui::ActsView;
+use crate::words::Words;
+
+/// Longest wait for the station's answer. The instructor's picture waits as well.
+const PATIENCE: Duration = Duration::from_millis(900);
+/// Distance of a mark behind which nothing lies, from the endoscope's lens, m.
+const NOWHERE_M: f32 = 0.08;
+
+impl Session {
+    /// Shows these acts.
+    pub(in crate::window) fn with_acts(mut self, acts: Option<Arc<Mutex<ActsView>>>) -> Self {
+        self.acts = acts;
+        self
+    }
+
+    /// Takes the newest acts.
+    pub(super) fn receive_acts(&mut self) {
+        if let Some(acts) = &self.acts {
+            self.ui.acts = acts.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        } else if let Some((_, done)) = &self.desk {
+            let now_s = self.start.elapsed().as_secs_f64();
+            self.ui.acts = ActsView::at(done, now_s, true);
+        }
+        // The person at the station may have gone on.
+        let paused = self.ui.is_paused();
+        let is_over = |notice: &mut (ActKind, _)| notice.0 == ActKind::Pause && !paused;
+        self.ui.acts.notice.take_if(is_over);
+    }
+
+    /// True if an instructor fogged the lens since the last call.
+    pub(in crate::window) fn takes_fog(&mut self) -> bool {
+        let fogs = self.ui.acts.fogs;
+        core::mem::replace(&mut self.fogs, fogs) < fogs
+    }
+
+    /// Places the instructor's mark in the picture.
+    pub(super) fn mark_acts(&mut self, scope: &Scope) {
+        let tools = self.feed.tools().map(|it| self.seen_tools(it));
+        self.ui.act_mark = tools.zip(self.ui.acts.mark).and_then(|(tools, at_m)| {
+            let camera = scope.world_from_view(&tools).inverse();
+            scope.project(camera.transform_point3(Vec3::from(at_m)))
+        });
+    }
+
+    /// Asks the station to point at what lies at this place of the picture.
+    pub(super) fn point(&mut self, [x, y]: [f32; 2], scene: &SceneFile) {
+        let moment = self.moment();
+        let at = moment.and_then(|it| found(it, scene, &self.scope, Vec2::new(x, y)));
+        if let Some(at_m) = at {
+            self.act(ActMsg::point(at_m.to_array()));
+        }
+    }
+
+    /// Asks the station for an act, and keeps the answer for the panel.
+    pub(super) fn act(&mut self, act: ActMsg) {
+        let Some((sender, done)) = &mut self.desk else {
+            return;
+        };
+        let outcome = sender.ask(act, PATIENCE).ok();
+        if outcome == Some(ActReply::DONE) {
+            done.push((self.start.elapsed().as_secs_f64(), act));
+        }
+        let text = answer(&self.ui.words, outcome);
+        self.ui.act_answer = Some((text, outcome == Some(ActReply::DONE)));
+    }
+}
+
+/// Place of the nearest sphere under a place of the picture, world frame, m. `None` outside the
+/// endoscope's circle.
+fn found(
+    (state, tools): (&StateFrame, &ToolFrame),
+    scene: &SceneFile,
+    scope: &Scope,
+    at: Vec2,
+) -> Option<Vec3> {
+    let world_from_view = scope.world_from_view(tools);
+    let eye = world_from_view.transform_point3(Vec3::ZERO);
+    let along = world_from_view.transform_vector3(scope.direction(at)?);
+    let spheres = state.spheres().unwrap_or(&[]).iter().zip(scene.spheres());
+    let hits = spheres.filter_map(|(now, rest)| {
+        let to = Vec3::from(now.center_m) - eye;
+        let near_m = to.dot(along);
+        let off2 = to.length_squared() - near_m * near_m;
+        let half2 = rest.radius_m * rest.radius_m - off2;
+        (near_m > 0.0 && half2 > 0.0).then(|| near_m - half2.sqrt())
+    });
+    let far_m = hits.min_by(f32::total_cmp).unwrap_or(NOWHERE_M);
+    Some(eye + along * far_m)
+}
+
+/// Text of the station's answer. `None`: no answer.
+fn answer(words: &Words, outcome: Option<u32>) -> String {
+    words.say(match outcome {
+        Some(ActReply::DONE) => "act-done",
+        Some(ActReply::EXAM) => "act-refused-exam",
+        Some(ActReply::NOTHING) => "act-refused-nothing",
+        Some(ActReply::UNRECORDED) => "act-refused-unrecorded",
+        Some(ActReply::SILENT) => "act-refused-silent",
+        Some(_) => "act-refused-unknown",
+        None => "act-refused-nobody",
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::words::Language;
+
+    #[test]
+    fn every_answer_is_said_in_every_language() {
+        let outcomes = (0..=ActReply::SILENT + 1).map(Some).chain([None]);
+        let (english, german) = (Words::default(), Words::new(Language::German));
+        for outcome in outcomes {
+            let said = [&english, &german].map(|words| answer(words, outcome));
+            assert_ne!(said[0], said[1]);
+            assert!(said.iter().all(|it| !it.starts_with("act-")), "{said:?}");
+        }
+    }
+}

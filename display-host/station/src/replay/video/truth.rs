@@ -1,0 +1,137 @@
+//! The truth behind a film: what the model knows about the critical view of safety.
+
+use std::path::{Path, PathBuf};
+
+use assess::{Act, Assessment, Cvs, Metric};
+use serde::Serialize;
+use session::{Entry, EntryContent, Operation};
+
+use super::RATE;
+use crate::problem::Problem;
+use crate::report;
+
+/// Time between two moments of the truth, s of the film.
+const EVERY_S: f64 = 1.0;
+
+/// The side file of a film.
+#[derive(Debug, Serialize)]
+pub(super) struct Side {
+    /// Name of the film's file.
+    video: String,
+    /// Id of the session; empty for a session without a task.
+    session: String,
+    task: String,
+    /// Pictures a second, and their number.
+    rate_hz: u32,
+    pictures: u32,
+    /// Time of the session at the film's beginning, s, and the film's speed.
+    from_s: f64,
+    speed: f64,
+    moments: Vec<Moment>,
+    /// The assessment's record of the shown views.
+    cvs: Option<Cvs>,
+    outcome: String,
+    score: f64,
+    /// Acts of instructors.
+    acts: Vec<Act>,
+}
+
+/// The model's truth at a moment of the film.
+#[derive(Debug, Serialize)]
+struct Moment {
+    /// Time of the film, s.
+    video_s: f64,
+    /// Share of the tissue in Calot's triangle that is removed.
+    triangle: Option<f64>,
+    /// Share of the tissue in the bed's lower third that is removed.
+    lower_bed: Option<f64>,
+    /// Share of cystic duct and artery that are whole.
+    two: Option<f64>,
+    /// The view was shown and held, from the front and from behind.
+    held: [bool; 2],
+}
+
+/// The truth while the film is made.
+pub(super) struct Truth {
+    operation: Operation,
+    assessment: Assessment,
+    next: Option<Entry>,
+    sight_rad: [f32; 2],
+    video: String,
+    moments: Vec<Moment>,
+}
+
+/// Path of a film's side file.
+pub(super) fn path_of(video: &Path) -> PathBuf {
+    video.with_extension("truth.json")
+}
+
+impl Truth {
+    pub(super) fn of(session: &Path, video: &Path) -> Result<Self, Problem> {
+        let mut operation = Operation::open(session)?;
+        let (assessment, _) = report::assessment(&operation, session, None, None)?;
+        Ok(Self {
+            next: operation.next(),
+            operation,
+            assessment,
+            sight_rad: [0.0; 2],
+            video: video
+                .file_name()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned(),
+            moments: Vec::new(),
+        })
+    }
+
+    /// Goes on to this tick, at `video_s` of the film. Returns the endoscope's angles, rad.
+    pub(super) fn until(&mut self, tick: u64, video_s: f64) -> [f32; 2] {
+        while let Some(entry) = self.next.take_if(|it| it.tick <= tick) {
+            if let EntryContent::Sight {
+                off_rad,
+                turned_rad,
+            } = entry.what
+            {
+                self.sight_rad = [off_rad, turned_rad];
+            }
+            self.assessment.take(&entry);
+            self.next = self.operation.next();
+        }
+        let due_s = self.moments.len() as f64 * EVERY_S;
+        if video_s + 0.5 / f64::from(RATE) >= due_s {
+            let values = self.assessment.metrics();
+            let share = |metric| Some(values.get(metric)).filter(|it| it.is_finite());
+            self.moments.push(Moment {
+                video_s,
+                triangle: share(Metric::CvsTriangle),
+                lower_bed: share(Metric::CvsBed),
+                two: share(Metric::CvsTwo),
+                held: self.assessment.views_held(),
+            });
+        }
+        self.sight_rad
+    }
+
+    /// The whole truth, with the rest of the session.
+    pub(super) fn end(mut self, pictures: u32, from_s: f64, speed: f64) -> Side {
+        for entry in self.next.take().into_iter().chain(&mut self.operation) {
+            self.assessment.take(&entry);
+        }
+        let assigned = self.operation.assignment.take().unwrap_or_default();
+        let assessed = self.assessment.end();
+        Side {
+            video: self.video,
+            session: assigned.id,
+            task: assessed.task.name().to_owned(),
+            rate_hz: RATE,
+            pictures,
+            from_s,
+            speed,
+            moments: self.moments,
+            cvs: assessed.cvs,
+            outcome: assessed.outcome.name().to_owned(),
+            score: assessed.score,
+            acts: assessed.acts,
+        }
+    }
+}
