@@ -360,7 +360,6 @@ fn inclined(scene: &SceneFile, angle: f32, place: Vec3) -> PoseMsg {
     // Each round turns the shaft by a share of what the place is off the view's middle. The lens
     // moves with the shaft, so the place moves about three times as far across the picture.
     for _ in 0..INCLINED {
-        let tip = Vec3::from(pose.position_m);
         let shaft = matrix(&pose);
         let to = shaft.inverse().transform_point3(place);
         let down = (-to.y).atan2(-to.z);
