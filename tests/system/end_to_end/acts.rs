@@ -58,8 +58,8 @@ fn acts_are_done_recorded_assessed_and_replayed_bit_for_bit() {
     let remark = ActMsg::remark("Näher heran – افتح الفكين").expect("a remark");
     assert_eq!(ask(remark), ActReply::DONE);
     // Twelve clips at most slip; then there is none left.
-    let refused = (0..12).map(|_| of(ActKind::SlippedClip)).last();
-    assert_eq!(refused, Some(ActReply::NOTHING));
+    let slips: Vec<u32> = (0..12).map(|_| of(ActKind::SlippedClip)).collect();
+    assert_eq!(slips.last(), Some(&ActReply::NOTHING));
     assert_eq!(ask(ActMsg { kind: 77, ..remark }), ActReply::UNKNOWN);
     signal(program.id(), Signal::INT);
     let output = program.finish();
@@ -71,7 +71,7 @@ fn acts_are_done_recorded_assessed_and_replayed_bit_for_bit() {
     for kind in ActKind::ALL {
         assert!(kinds.contains(&kind.name()), "{kind:?} of {kinds:?}");
     }
-    let last_remark = acts.iter().filter_map(|it| it["remark"].as_str()).last();
+    let last_remark = acts.iter().filter_map(|it| it["remark"].as_str()).next_back();
     assert_eq!(last_remark, Some("Näher heran – افتح الفكين"));
     // Blood from a clip that an instructor took off is no unclamped division.
     let alarms = summary["alarms"].as_array().expect("alarms");
