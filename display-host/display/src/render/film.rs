@@ -1,5 +1,5 @@
-//! The films of blood and bile as a texture: red is blood, green bile, blue the clotted blood. Only
-//! what changed is uploaded.
+//! The films of blood and bile as a texture: red is blood, green bile, blue the clotted blood. When
+//! the fluid has changed, the block that is or was wet is uploaded.
 
 use glam::Vec3;
 
@@ -14,6 +14,8 @@ const THICKEST_M: f32 = 0.002;
 pub(super) struct Films {
     texture: wgpu::Texture,
     wet: Option<Block>,
+    /// Number of the fluid's change that the texture shows.
+    change: Option<u64>,
     texels: Vec<[u8; 4]>,
 }
 
@@ -37,6 +39,7 @@ impl Films {
         Self {
             texture,
             wet: None,
+            change: None,
             texels: Vec::new(),
         }
     }
@@ -45,8 +48,12 @@ impl Films {
         self.texture.create_view(&Default::default())
     }
 
-    /// Uploads the films that there are, and dries what was wet before.
+    /// Uploads the films if they have changed, and dries what was wet before.
     pub(super) fn upload(&mut self, gpu: &Gpu, fluids: &Fluids) {
+        let change = Some(fluids.change());
+        if core::mem::replace(&mut self.change, change) == change {
+            return;
+        }
         let wet = fluids.field().and_then(Field::wet);
         let block = match (wet, self.wet) {
             (Some(now), Some(before)) => core::array::from_fn(|k| {

@@ -24,7 +24,7 @@
 //! of the free surface (H. E. Huppert, "Flow and instability of a viscous current down a slope",
 //! Nature 300, 1982). The slope is that of the tissue, and on level ground also that of the film
 //! itself, which evens out pools. A film whose weight does not overcome its rim's hold stands.
-//! Blood becomes more viscous with time, and stands when it has clotted. A parcel that runs over
+//! Blood becomes more viscous with time. Once it has clotted it stands, and drips no more. A parcel that runs over
 //! dry tissue leaves a thin film there.
 //!
 //! Where skin hangs over, a thick film at a lowest place lets go in a drop. Fluid passes to another
@@ -42,6 +42,8 @@ mod drops;
 mod field;
 mod parcel;
 mod surface;
+
+use core::sync::atomic::{AtomicU64, Ordering};
 
 use glam::Vec3;
 
@@ -62,6 +64,8 @@ const PARCEL_M3: f64 = 1.5e-9;
 const MOUTH_M: f32 = 0.000_8;
 /// Age of the columns after which they are sorted again, s.
 const COLUMNS_S: f32 = 0.5;
+/// Side of the smallest cubes whose parcels join when there are too many, m.
+const CUBE_M: f32 = 0.001_6;
 /// Every how many steps a parcel looks for skin below and above it.
 const LOOKS: u32 = 5;
 
@@ -76,7 +80,7 @@ pub struct Balance {
     pub lies_ml: [f64; 2],
     /// Falls.
     pub falls_ml: [f64; 2],
-    /// Gone: fell out of reach.
+    /// Gone: fell out of reach, or found no room among the drops in the air or no skin to lie on.
     pub gone_ml: [f64; 2],
 }
 
@@ -94,6 +98,8 @@ pub struct Fluids {
     gone_m3: [f64; 2],
     steps: u32,
     thrown: u32,
+    /// Number of the last change. No two changes of any fluids have the same number.
+    change: u64,
 }
 
 /// Fluid that leaves a source.
@@ -124,6 +130,7 @@ impl Fluids {
             gone_m3: [0.0; 2],
             steps: 0,
             thrown: 0,
+            change: next_change(),
         }
     }
 
@@ -136,6 +143,11 @@ impl Fluids {
     #[must_use]
     pub fn field(&self) -> Option<&Field> {
         self.field.as_ref()
+    }
+
+    /// Number of the last change of the films. Equal numbers mean equal films.
+    pub(crate) fn change(&self) -> u64 {
+        self.change
     }
 
     /// Number of parcels on the skin, and of drops in the air.
@@ -185,10 +197,11 @@ impl Fluids {
         self.came_m3[usize::from(!gush.is_leak)][slot] += gush.volume_m3;
         let place = gush.mouth.and_then(|vertex| skin.place_at(vertex));
         let (velocity, share) = gush.spurts;
-        let share = if place.is_some() {
-            f64::from(share)
-        } else {
-            1.0
+        // Where there is no skin, what does not spurt falls. It is no jet.
+        let (velocity, share) = match place {
+            Some(_) => (velocity, f64::from(share)),
+            None if share > 0.0 => (velocity, 1.0),
+            None => (Vec3::ZERO, 1.0),
         };
         let spurts = volume_m3.map(|v| v * share);
         let runs = volume_m3.map(|v| v * (1.0 - share));
@@ -208,7 +221,7 @@ impl Fluids {
             if let Some(surface) = &mut self.surface {
                 surface.walk(&mut place, chance(self.thrown) * MOUTH_M, skin);
             }
-            self.lie(Lying::new(place, runs, 0.0));
+            self.lie(Lying::new(place, runs, 0.0), skin);
         }
     }
 
@@ -223,12 +236,11 @@ impl Fluids {
         }
     }
 
-    fn lie(&mut self, parcel: Lying) {
-        if self.lying.len() < LYING {
-            self.lying.push(parcel);
-        } else if let Some(last) = self.lying.last_mut() {
-            merge(last, &parcel);
+    fn lie(&mut self, parcel: Lying, skin: &Skin<'_>) {
+        if self.lying.len() >= LYING {
+            self.thin_out(skin);
         }
+        self.lying.push(parcel);
     }
 
     /// Prepares for steps at this moment of the skin.
@@ -238,7 +250,39 @@ impl Fluids {
             surface.begin_moment();
         } else {
             self.surface = None;
+            self.lay_anew(skin);
         }
+    }
+
+    /// Lays the parcels whose triangles a cut has hidden on the nearest skin that is whole.
+    fn lay_anew(&mut self, skin: &Skin<'_>) {
+        let mut known: Option<(usize, Option<Place>)> = None;
+        let mut lost = [0.0; 2];
+        self.lying.retain_mut(|it| {
+            let corners = skin.triangles().get(it.place.triangle as usize);
+            let [a, b, c] = corners.copied().unwrap_or_default();
+            if a != b && b != c {
+                return true;
+            }
+            let vertex = a as usize;
+            let place = match known {
+                Some((last, place)) if last == vertex => place,
+                _ => {
+                    let found = skin.place_at(vertex).or_else(|| {
+                        let whole = skin.nearest_whole(vertex)?;
+                        skin.place_at(whole)
+                    });
+                    found.map(|(triangle, weights)| Place { triangle, weights })
+                }
+            };
+            known = Some((vertex, place));
+            match place {
+                Some(place) => it.place = place,
+                None => lost = [0, 1].map(|k| lost[k] + it.volume_m3[k]),
+            }
+            place.is_some()
+        });
+        self.lose(lost);
     }
 
     /// Advances by a step.
@@ -258,6 +302,7 @@ impl Fluids {
     /// Sums up the parcels in the field.
     fn spread(&mut self, skin: &Skin<'_>) {
         let Some(field) = &mut self.field else { return };
+        self.change = next_change();
         field.clear();
         for it in &self.lying {
             let at = Surface::at_rest(&it.place, skin);
@@ -286,7 +331,7 @@ impl Fluids {
         }
         self.lying = left;
         for mark in marks {
-            self.lie(mark);
+            self.lie(mark, skin);
         }
         self.field = Some(field);
         if self.lying.len() > LYING * 7 / 8 {
@@ -306,10 +351,20 @@ impl Fluids {
         }
     }
 
-    /// Joins parcels that lie in one small cube of the tissue at rest.
+    /// Joins parcels until there is room: first those that lie in one small cube of the tissue at
+    /// rest, then in cubes of twice the side, and so on.
     fn thin_out(&mut self, skin: &Skin<'_>) {
+        let mut cube_m = CUBE_M;
+        while self.lying.len() > LYING * 3 / 4 {
+            self.join(cube_m, skin);
+            cube_m *= 2.0;
+        }
+    }
+
+    /// Joins parcels that lie in one cube of this side of the tissue at rest.
+    fn join(&mut self, cube_m: f32, skin: &Skin<'_>) {
         let cube = |it: &Lying| {
-            let at = Surface::at_rest(&it.place, skin) / 0.001_6;
+            let at = Surface::at_rest(&it.place, skin) / cube_m;
             at.floor().to_array().map(|v| v as i32)
         };
         let mut keyed: Vec<_> = self.lying.drain(..).map(|it| (cube(&it), it)).collect();
@@ -323,6 +378,12 @@ impl Fluids {
             last_key = Some(key);
         }
     }
+}
+
+/// A number that no change had before.
+fn next_change() -> u64 {
+    static LAST: AtomicU64 = AtomicU64::new(0);
+    LAST.fetch_add(1, Ordering::Relaxed)
 }
 
 /// Adds a parcel to another, which keeps its place if it is larger.
