@@ -13,7 +13,8 @@
 //!                                    exchange (.hgrm, cyclictest's text)
 //! ```
 //!
-//! [`photon`] is a measurement of its own: when a light sensor on the screen saw a tick.
+//! [`photon`] is a separate measurement. It finds the time at which a light sensor on the screen
+//! saw a tick.
 
 pub mod baselines;
 pub mod blackbox;
