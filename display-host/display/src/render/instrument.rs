@@ -19,11 +19,12 @@ const UPPER: u32 = 1;
 const LOWER: u32 = 2;
 /// The trocar, which stays at its port.
 const TROCAR: u32 = 3;
-/// Distance of the shaft's end, which is outside the body, from the joint, m.
+/// Distance from the joint to the end of the shaft outside the body, m.
 const SHAFT_M: f32 = 0.34;
 /// Opening of each jaw at `jaw` = 1 when the controller reports no jaws, rad.
 const OPEN_RAD: f32 = 0.40;
-/// Distance of the end of a closed jaw's capsule from the axis, m: the two jaws lie side by side.
+/// Distance from the axis at which the capsule of a closed jaw ends, m. The capsules of the two
+/// jaws lie side by side, so neither ends on the axis.
 const CLOSED_OFF_M: f32 = 0.001;
 /// Largest angle between two faces across which the surface looks smooth, rad.
 const CREASE_RAD: f32 = 0.62;
@@ -208,7 +209,7 @@ fn jaw(
     solid.loft(&loops, steel(part));
 }
 
-/// Factor that rounds a jaw's end: 1 up to the place `from`, then falling to 0.3 at the tip.
+/// Factor that rounds a jaw's end. It is 1 up to the place `from`, and falls to 0.3 at the tip.
 fn tip(t: f32, from: f32) -> f32 {
     let s = ((t - from) / (1.0 - from)).clamp(0.0, 1.0);
     (1.0 - 0.91 * s * s).max(0.0).sqrt()

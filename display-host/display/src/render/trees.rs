@@ -16,8 +16,8 @@ use crate::skinning::{RestVertex, SkinMesh};
 /// Number of tree slots. Slot 0 means no tree; each other slot belongs to one organ. `light.wgsl`
 /// has the same number.
 pub(super) const SLOTS: usize = 16;
-/// Largest number of vertices over which a tree grows, because every twig may search all of them. A
-/// larger skin uses representative vertices.
+/// Largest number of vertices over which a tree grows. The search for a twig may visit all of them.
+/// A larger skin uses representative vertices.
 const NODES: usize = 8000;
 /// Approximate largest number of voxels in an organ's grid, without the margin.
 const VOXELS: f32 = 1.1e6;
@@ -64,7 +64,7 @@ struct Piece {
 struct Supply {
     /// Twigs per root.
     twigs: usize,
-    /// Distance from the nearest root beyond which skin gets a root of its own, m.
+    /// Largest distance of skin from the nearest root, m. Skin farther away gets a root of its own.
     reach_m: f32,
     /// Radius of artery and vein at the root that feeds the most twigs, m.
     radii_m: [f32; 2],
@@ -95,7 +95,7 @@ fn supply(kind: u32) -> Option<Supply> {
     }
 }
 
-/// Fewest vertices of a skin with trees.
+/// Least number of vertices of a skin on which a tree grows.
 const VERTICES_MIN: usize = 16;
 /// Least drawn radius of a vessel, voxels: thinner vessels would break into dashes.
 const DRAWN_VOXELS: f32 = 0.5;
