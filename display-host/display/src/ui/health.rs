@@ -12,7 +12,8 @@ const WINDOW: usize = 4096;
 /// shorter times, and the last one all longer times.
 pub(super) const BARS: usize = 16;
 
-/// Gates of the safety chain in order, each by the controller's name of its counter.
+/// Gates of the safety chain, in their order. Each has the name that the controller gives to its
+/// counter.
 const GATES: [&str; 12] = [
     "bad_sample",
     "speed_trip",
@@ -113,7 +114,8 @@ impl TickHealth {
         GATES.into_iter().map(move |name| (name, count(name)))
     }
 
-    /// Share of wake-up delays (0) or tick durations (1) in each bar.
+    /// Share of the ticks in each bar. With `which` 0 the bars count wake-up delays, with 1 the
+    /// durations of ticks.
     pub(super) fn bars(&self, which: usize) -> [f64; BARS] {
         let mut bars = [0.0; BARS];
         for pair in &self.recent {

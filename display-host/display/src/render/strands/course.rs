@@ -55,8 +55,8 @@ impl Piece {
         let ends = self.ends.map(|end| end.on_side(place) + off * end.off_m);
         let along = ends[1] - ends[0];
         let across = off.cross(along).normalize_or(off.any_orthonormal_vector());
-        // With `slack` < 1 the piece is stretched, so it is straighter and thinner. With `slack` > 1
-        // it bows more.
+        // With `slack` < 1 the piece is stretched, so it is straighter and thinner. With a larger
+        // `slack` it bows more.
         let slack = (length_m / along.length().max(1e-6)).clamp(0.2, 1.15);
         PieceShape {
             ends,

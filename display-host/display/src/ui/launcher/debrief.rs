@@ -36,7 +36,8 @@ pub struct Debrief {
     pub score: f64,
     /// Errors, the gravest first.
     pub lessons: Vec<LessonView>,
-    /// Metrics that cost points without an error in `lessons`, and these points.
+    /// Metrics that cost points, each with the lost points. An error in `lessons` explains none of
+    /// them.
     pub lost: Vec<(String, f64)>,
     /// Acts of an instructor.
     pub acts: Vec<Act>,
