@@ -81,8 +81,8 @@ struct Animation<'a> {
     encoder: Encoder<BufWriter<File>>,
     size: [u16; 2],
     colours: &'a Colours,
-    /// The picture that the frames so far add up to, in colours before the reduction to the
-    /// palette.
+    /// The picture that a viewer sees after the frames so far. Its colours are those before the
+    /// reduction to the palette.
     shown: Vec<[u8; 3]>,
 }
 
@@ -153,7 +153,7 @@ struct Colours {
 }
 
 impl Colours {
-    /// Makes the palette from samples of red, green, blue and 255.
+    /// Makes the palette from samples. Each sample has four bytes: red, green, blue and 255.
     fn of(samples: &[u8]) -> Self {
         let quantiser = NeuQuant::new(10, COLOURS, samples);
         let mut palette = quantiser.color_map_rgb();

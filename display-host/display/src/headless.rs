@@ -24,8 +24,8 @@ use crate::ui::TaskView;
 const POLL: Duration = Duration::from_millis(2);
 /// Least depth of the tip below the skin at rest at which `deepest_press.png` is drawn, m.
 const PRESS_MIN_M: f32 = 0.001;
-/// A press that is shallower than the deepest one by less than this counts as equally deep, m. The
-/// last of equally deep moments is drawn, because by then the tissue has settled.
+/// Difference of depth below which two presses count as equally deep, m. The last of equally deep
+/// moments is drawn, because by then the tissue has settled.
 const PRESS_SAME_M: f32 = 0.0005;
 /// Largest number of pictures. A state waits in memory (75 kB) until its picture is drawn.
 const FRAMES_MAX: u32 = 4096;
@@ -54,7 +54,7 @@ pub struct HeadlessConfig {
     pub tick_cpu: Option<usize>,
     /// Set once the outcome of the run's task is decided: the run then ends.
     pub task_over: Option<Arc<AtomicBool>>,
-    /// State of the task, whose critical views are drawn when they were held.
+    /// State of the task. A critical view of it is drawn once it was held.
     pub task: Option<Arc<Mutex<TaskView>>>,
     /// True if a missing graphics driver is an error; otherwise it is a warning, and the run
     /// continues without pictures.
@@ -389,7 +389,7 @@ impl Run<'_> {
         });
     }
 
-    /// Drops a failed painter; the run continues without pictures, unless they are needed.
+    /// Drops a painter that has failed. The run goes on without pictures, unless they are needed.
     fn check_painter(
         &mut self,
         observer: &mut dyn FnMut(Observed<'_>),

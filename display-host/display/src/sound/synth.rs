@@ -71,8 +71,8 @@ pub struct Synth {
     alarm_s: f32,
     heart_s: f32,
     click_s: f32,
-    /// Level of a click that the next one has cut short. It fades, because an abrupt end would
-    /// crackle.
+    /// Level of a click that the next click has cut short. The level fades, because an abrupt end
+    /// would crackle.
     cut_short: f32,
     noise: u32,
     rough: f32,

@@ -250,7 +250,8 @@ impl Operate {
         Ok(())
     }
 
-    /// Releases the instrument, if taken. The pedal goes up at once; the jaws stay as they are.
+    /// Releases the instrument if it is taken. The pedal goes up at once, and the jaws stay as they
+    /// are.
     pub(super) fn let_go(&mut self) {
         if let Some((sender, leading)) = self.on.take() {
             sender.send(HandMsg {

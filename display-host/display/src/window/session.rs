@@ -63,7 +63,8 @@ pub(super) struct Session {
     task: Option<Arc<Mutex<TaskView>>>,
     /// Acts of instructors, as the station or a replay tells them.
     acts: Option<Arc<Mutex<ActsView>>>,
-    /// An instructor's way to the station, and the acts that went it, with their times, s.
+    /// Sender of an instructor's acts to the station, and the acts sent so far. Each act has its
+    /// time, s.
     desk: Option<(ActSender, Vec<(f64, ActMsg)>)>,
     /// Optics of the last picture.
     scope: Scope,
@@ -210,7 +211,7 @@ impl Session {
         self.feed.state().zip(self.feed.tools())
     }
 
-    /// The tools as drawn: while the free view is active, with its camera.
+    /// The tools that are drawn. While the free view is active, they have its camera.
     pub(super) fn seen_tools(&self, tools: &ToolFrame) -> ToolFrame {
         self.free.map_or(*tools, |free| free.seen(tools))
     }

@@ -8,7 +8,7 @@ use super::{Chapter, Shot, is_free, judges, near, others};
 
 /// Displacement of the fold, m.
 const DRAWN_M: f32 = 0.008;
-/// Distance from the fold at which tissue follows it by 1/e, m.
+/// Distance from the fold, m, at which tissue moves by 1/e of the fold's displacement.
 const FOLLOWS_M: f32 = 0.014;
 /// Depth of the tips below the displaced skin, m.
 const UNDER_M: f32 = 0.002;
