@@ -16,12 +16,12 @@ const COLOURS: usize = 128;
 /// Largest change of a channel (0 to 255) at which a pixel counts as unchanged. Film grain changes
 /// less.
 const SAME: u8 = 12;
-/// The palette is made from every `SAMPLE`-th pixel of up to `MANY` pictures. Twice as many
-/// pictures are sampled half as densely.
+/// Distance of the pixels from which the palette is made, pixels. For more than [`MANY`] pictures
+/// the distance is a multiple of this, so the number of samples hardly grows.
 const SAMPLE: usize = 7;
-/// Number of pictures above which they are sampled more rarely.
+/// Number of pictures above which the samples are farther apart.
 const MANY: usize = 64;
-/// Number of samples needed for good colours.
+/// Number of samples that good colours need.
 const LEAST: usize = 100_000;
 /// Label of the GIF extension block that holds a comment.
 const COMMENT: u8 = 0xfe;

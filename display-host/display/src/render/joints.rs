@@ -183,6 +183,8 @@ fn nearest(vertices: &[RestVertex], to: Vec3) -> usize {
     found.map_or(0, |(i, _)| i)
 }
 
+/// Vertices and triangles of the collar from the end of `tube` onto `other`. `None` if the skin of
+/// `other` is too far away.
 fn collar(
     mesh: &SkinMesh,
     tube: &OrganRecord,
@@ -269,8 +271,10 @@ fn collar(
 
 /// The curved axis of the collar, from the tube into the other organ.
 struct Way {
+    /// Beginning of the axis, and its tangent there, m.
     from: Vec3,
     leave: Vec3,
+    /// End of the axis, and its tangent there, m.
     to: Vec3,
     arrive: Vec3,
 }
@@ -320,7 +324,7 @@ fn smooth(x: f32) -> f32 {
     x * x * (3.0 - 2.0 * x)
 }
 
-/// Withdraws a tube's cap into its collar, out of sight.
+/// Moves the vertices of a tube's cap back into its collar, where nobody sees them.
 fn hide_cap(own: &mut [RestVertex], end: &End) {
     let r = end.radius_m;
     for vertex in own {
@@ -334,6 +338,7 @@ fn hide_cap(own: &mut [RestVertex], end: &End) {
     }
 }
 
+/// Point at the share `t` of a cubic curve from `p` to `q` with these tangents at its ends.
 fn hermite(t: f32, p: Vec3, leave: Vec3, q: Vec3, arrive: Vec3) -> Vec3 {
     let (t2, t3) = (t * t, t * t * t);
     p * (2.0 * t3 - 3.0 * t2 + 1.0)

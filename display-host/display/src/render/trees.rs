@@ -127,6 +127,7 @@ struct Skin {
     count: usize,
     points: Vec<Vec3>,
     normals: Vec<Vec3>,
+    /// Neighbours of each node of the graph.
     next: Vec<Vec<usize>>,
     /// Bounds of all vertices.
     low: Vec3,
@@ -182,8 +183,8 @@ impl Skin {
         self.next[i].iter().copied()
     }
 
-    /// Roots of the supply: first the vertex nearest to an artery, then, one by one, the vertex
-    /// farthest from all roots so far. At most 40.
+    /// Roots of the supply. The first is the vertex nearest to an artery. Each further one is the
+    /// vertex farthest from all roots so far. There are at most 40.
     fn roots(&self, scene: &SceneFile, supply: &Supply) -> Vec<usize> {
         let arteries: Vec<Vec3> = scene
             .organs()
@@ -219,9 +220,12 @@ impl Skin {
     fn tree(&self, roots: &[usize], supply: &Supply, which: usize) -> Vec<Piece> {
         const FREE: u32 = u32::MAX;
         let seed = 7 + 31 * which as u32;
+        // For each vertex: its parent in the tree (a root is its own parent), the length of the
+        // vessel from the root to it (m), and its squared distance from the tree (m²).
         let mut parent = vec![FREE; self.count];
         let mut along = vec![f32::INFINITY; self.count];
         let mut bare = vec![f32::INFINITY; self.count];
+        // Vertices of the tree, in the order in which they joined it.
         let mut nodes: Vec<usize> = Vec::new();
         let take =
             |i: usize, from: usize, parent: &mut [u32], along: &mut [f32], bare: &mut [f32]| {
@@ -311,6 +315,7 @@ impl Skin {
     /// node feeds, to the power 1 / 2.6. The exponent 2.6 lies between the optima for turbulent
     /// flow (7 / 3, Uylings 1977) and for laminar flow (3, Murray 1926).
     fn pieces(&self, nodes: &[usize], parent: &[u32], root_m: f32) -> Vec<Piece> {
+        // For each node: the number of twig ends that it feeds, and the child that feeds the most.
         let mut fed = vec![0.0f32; self.count];
         let mut heir = vec![usize::MAX; self.count];
         // A node comes after its parent in `nodes`, so in reverse it comes first.

@@ -32,7 +32,9 @@ const GATES: [&str; 12] = [
 /// Rolling view of the timing records.
 #[derive(Debug, Clone, Default)]
 pub struct TickHealth {
+    /// Wake-up delay and duration of each of the last ticks, ns.
     recent: VecDeque<[u32; 2]>,
+    /// Number and scheduled time (ns) of the newest tick.
     last: Option<(u64, u64)>,
     /// Rate of the ticks, averaged over the last batches, Hz.
     pub rate_hz: f32,
@@ -79,7 +81,8 @@ impl TickHealth {
             return;
         };
         let (ticks, ns) = (now.0.wrapping_sub(last.0), now.1.wrapping_sub(last.1));
-        // A restarted controller counts from zero, so skip the pair of batches around the restart.
+        // A restarted controller counts from zero, so the pair of batches around the restart gives
+        // no rate.
         if now.0 > last.0 && now.1 > last.1 {
             let rate = ticks as f32 / (ns as f32 * 1e-9);
             self.rate_hz += (rate - self.rate_hz) * if self.rate_hz == 0.0 { 1.0 } else { 0.2 };

@@ -56,12 +56,16 @@ const KEYS: [KeyCode; 16] = [
     KeyCode::ControlRight,
 ];
 
-/// Input of mouse and keyboard.
+/// Input of mouse and keyboard while they lead the hand.
 #[derive(Debug)]
 struct Leading {
+    /// The next message. Its motions are sums since the instrument was taken.
     message: HandMsg,
+    /// For each of [`KEYS`]: true while it is held.
     held: [bool; KEYS.len()],
+    /// True while the mouse button that closes the jaws is held.
     mouse_jaws: bool,
+    /// True while the mouse button that coagulates is held.
     mouse_coagulates: bool,
     /// True while the middle button makes the mouse move the endoscope.
     mouse_scope: bool,
@@ -194,10 +198,12 @@ impl Leading {
 #[derive(Debug)]
 pub(super) struct Operate {
     station: Station,
+    /// Sender and input, while mouse and keyboard lead the instrument.
     on: Option<(HandSender, Leading)>,
     /// Sender of the last message, kept for [`LAST_WORD`], and the time at which the message was
     /// sent.
     leaving: Option<(HandSender, Instant)>,
+    /// Time up to which held keys have moved the hand.
     advanced: Instant,
     lead: Lead,
 }

@@ -40,11 +40,16 @@ use crate::words::Language;
 pub(super) struct Session {
     host: Host,
     feed: Feed,
+    /// Frames into which the newest ones are received, before the feed checks them.
     inbox_state: Box<StateFrame>,
     inbox_tools: ToolFrame,
+    /// Time at which the last valid state arrived.
     last_state: Option<Instant>,
+    /// Time at which the window opened.
     start: Instant,
+    /// True if the resources of processes that died were removed since the last valid state.
     forgot_dead: bool,
+    /// Force on the hand over the last seconds: time, s, and force, N.
     force: VecDeque<[f64; 2]>,
     frames: Frames,
     warnings: Vec<String>,
