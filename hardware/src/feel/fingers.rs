@@ -1,5 +1,5 @@
 //! Tests a handle that opens and shuts: the opening that it reports at both ends, and the sign of
-//! its force. A sensor also measures the size of the force.
+//! its force. With a force sensor, the size of the force is tested, too.
 
 use super::bench::{Bench, EndReason};
 use super::pushes::{PUSH_MS, force_share};
@@ -17,7 +17,7 @@ pub const COUNT: usize = 2;
 const SHUT_MAX: f32 = 0.2;
 /// Least opening that a wide open handle may report.
 const OPEN_MIN: f32 = 0.8;
-/// Number of last samples whose mean is the opening at the end of a step.
+/// The opening at the end of a step is the mean of this number of samples.
 const END_SAMPLES: usize = 50;
 /// Share of the commanded force below which a measured force counts as none.
 const NOTHING_SHARE: f32 = 0.1;
@@ -41,7 +41,8 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Res
         return Ok(());
     }
     let force_n = PUSH_N.min(can.force_max_n);
-    // `seed % 6` decides the order of the hand's pushes, so the next bit decides this order.
+    // `seed % 6` decides the order of the hand's pushes. The rest of the seed decides this order,
+    // so the two orders are independent.
     let mut order = PUSHES;
     if seed / 6 % 2 == 1 {
         order.reverse();
