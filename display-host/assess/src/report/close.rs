@@ -1,5 +1,5 @@
-//! Close picture of the place of an error: the organs at rest and the instrument's shaft, seen from
-//! the side of the endoscope, with a ring at the place.
+//! Close picture of the place of an error. It shows the organs at rest and the instrument's shaft,
+//! seen from the side of the endoscope. A ring marks the place.
 
 use std::io::Cursor;
 
@@ -31,8 +31,9 @@ const RING_EDGE: f64 = 1.6;
 const BACKGROUND: [f64; 3] = [58.0, 26.0, 24.0];
 const METAL: [f64; 3] = [196.0, 200.0, 206.0];
 
-/// Draws the place of an error: the organ concerned, if any, and a position, world frame, m. That
-/// organ shows through surfaces in front of it. `None` if the scene has no surfaces.
+/// Draws the place of an error. `place` is the organ concerned, if any, and the position, world
+/// frame, m. The organ concerned shows through surfaces in front of it. Returns `None` if the scene
+/// has no surfaces.
 #[must_use]
 pub fn close_picture(
     organs: &Outlines,

@@ -177,7 +177,7 @@ pub struct ViewRule {
     pub behind: Least,
     /// Limits of sway and tilt.
     pub steadiness: Steadiness,
-    /// Origin of the rule.
+    /// Source on which the rule is based.
     pub source: Option<String>,
 }
 
@@ -186,8 +186,8 @@ pub struct ViewRule {
 pub struct ShowRule {
     /// Least visible share of the organ.
     pub visible: f64,
-    /// Share of the picture from which on an organ counts as seen, however much of it is outside or
-    /// hidden.
+    /// An organ that fills at least this share of the picture counts as visible, however much of it
+    /// is outside or hidden.
     pub large: f64,
     /// Least share of the picture that the organ must fill.
     pub small: f64,
