@@ -36,6 +36,7 @@ const STEPS: usize = 5;
 /// Progress of the first steps.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Basics {
+    /// Number of steps that are done.
     done: usize,
     /// Pose of the camera at the start.
     began: Option<PoseMsg>,

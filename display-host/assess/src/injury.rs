@@ -100,6 +100,7 @@ pub(crate) struct InjuryRule {
 /// Injuries of a running task. An organ has at most one injury of each kind.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Injuries {
+    /// Index of the organ, and the injury.
     found: Vec<(u32, Injury)>,
     /// Heat that each organ has taken, J.
     heat_j: Vec<(u32, f64)>,
@@ -158,6 +159,7 @@ impl Injuries {
         }
     }
 
+    /// Keeps an injury, unless the organ already has one of its kind.
     fn note(&mut self, index: u32, injury: Injury) {
         let mut found = self.found.iter();
         if !found.any(|(organ, it)| *organ == index && it.kind == injury.kind) {

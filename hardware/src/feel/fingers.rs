@@ -74,6 +74,8 @@ fn end(bench: &mut Bench<'_>, step: &Step) -> Result<Option<f32>, EndReason> {
     Ok((!last.is_empty()).then(|| sum / last.len() as f32))
 }
 
+/// Judges the openings that the handle reported when shut and when wide open. Returns true if they
+/// are good, and words for the report.
 fn judge_ends(shut: Option<f32>, open: Option<f32>) -> (bool, String) {
     let (Some(shut), Some(open)) = (shut, open) else {
         let words = "the device declares an opening and its samples have none";
@@ -93,6 +95,8 @@ fn judge_ends(shut: Option<f32>, open: Option<f32>) -> (bool, String) {
     (true, measured)
 }
 
+/// Judges the answer to a push of `asked_n` towards `asked`. Returns true if it is right, and words
+/// for the report.
 fn judge_push(asked: Squeezed, asked_n: f32, answer: Squeezed) -> (bool, String) {
     let asked_words = asked.words();
     let is = match answer {

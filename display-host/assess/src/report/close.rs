@@ -62,9 +62,10 @@ pub fn close_picture(
     Some(ringed(&canvas.picture()))
 }
 
-/// Displacement from a place at a moved organ to the nearest corner of the organ at rest, m.
-/// Instrument and ring are moved by it, so that the picture shows them at the organ. Zero without
-/// the organ, or if the organ is farther away than `MOVED_M`.
+/// The organ may have moved away from its place at rest, where the picture draws it. This is the
+/// displacement from `place` to the nearest corner of the organ at rest, m. Instrument and ring are
+/// moved by it, so that the picture shows them at the organ. It is zero without the organ, or if
+/// the organ is farther away than `MOVED_M`.
 fn to_rest(organs: &Outlines, concerned: Option<&str>, place: Vec3) -> Vec3 {
     let own = organs
         .surfaces()
@@ -96,7 +97,7 @@ const fn colour(kind: Option<OrganKind>) -> [f64; 3] {
     }
 }
 
-/// Largest displacement that an organ may have had, m.
+/// Largest displacement of an organ that the picture takes into account, m.
 const MOVED_M: f64 = 0.05;
 /// Share of the colour of the organ concerned where other surfaces hide it.
 const THROUGH: f64 = 0.5;

@@ -42,7 +42,7 @@ fn injured(organ: &str, injury: InjuryKind) -> Reason {
     Reason::Injured { organ, injury }
 }
 
-/// A task that is done once its vessels are clipped, with an error before.
+/// Makes an error, then clips both vessels. With that, the task is done.
 fn clamp_after(error: &Entry) -> Assessment {
     let mut assessment = begin(Task::Clamp);
     rest(&mut assessment, 0.0, 0.1);

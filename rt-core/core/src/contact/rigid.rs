@@ -89,6 +89,7 @@ fn track(
     last: Option<&PersistentContact>,
 ) -> Option<PersistentContact> {
     let reach_m = part.radius_m + scope.radius_m;
+    // Distance of the axes along `normal`, from the endoscope's place to the part's.
     let height_m = |normal: &Vec3, shares: &[f32; 2]| {
         let [s, t] = shares;
         normal.dot(&(point_at(part, *s) - point_at(scope, *t)))
@@ -132,6 +133,7 @@ fn track(
     })
 }
 
+/// Point of an axis at this share of its length.
 fn point_at(part: &Capsule, share: f32) -> Vec3 {
     part.a_m + (part.b_m - part.a_m) * share
 }

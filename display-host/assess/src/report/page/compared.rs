@@ -8,6 +8,7 @@ use super::{Page, drawing};
 use crate::metrics::Metric;
 use crate::report::Chapter;
 
+/// Writes the pictures with their captions.
 pub(super) fn pictures(page: &mut Page<'_>, chapter: &Chapter) {
     if chapter.pictures.is_empty() {
         return;
@@ -31,6 +32,7 @@ pub(super) fn pictures(page: &mut Page<'_>, chapter: &Chapter) {
     page.add(format_args!("</div>"));
 }
 
+/// Writes the curve of the scores, and the metrics beside those of earlier sessions.
 pub(super) fn past(page: &mut Page<'_>, chapter: &Chapter) {
     if chapter.past.is_empty() {
         return;
@@ -79,6 +81,7 @@ pub(super) fn past(page: &mut Page<'_>, chapter: &Chapter) {
     page.add(format_args!("</table>"));
 }
 
+/// Writes the instructor's points for each item, and their sum.
 pub(super) fn sheet(page: &mut Page<'_>, chapter: &Chapter) {
     if chapter.sheet.is_empty() {
         return;
@@ -102,6 +105,7 @@ pub(super) fn sheet(page: &mut Page<'_>, chapter: &Chapter) {
     page.add(format_args!("<tr><td>{name}<td>{of}</tr></table>"));
 }
 
+/// Writes the table of all metrics.
 pub(super) fn metrics(page: &mut Page<'_>, chapter: &Chapter) {
     page.heading("page-metrics");
     let show = page.say("page-show");
