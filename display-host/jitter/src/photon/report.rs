@@ -9,7 +9,7 @@ use super::pair::Pairs;
 
 /// Name of the file in the folder of a run.
 pub const FILE: &str = "photon.json";
-/// Fewest changes for a median that is worth its name.
+/// Fewest changes for a meaningful median.
 const FEW: u64 = 10;
 
 /// Figures of a run.
@@ -29,7 +29,7 @@ pub struct Report {
     pub screen: Screen,
     /// Longest time from a change to its light that is looked for, ms.
     pub longest_ms: f64,
-    /// Figures by place, from above.
+    /// Figures by place, in the order of measurement.
     pub places: Vec<Figures>,
     /// Remarks for the reader.
     pub notes: Vec<String>,
@@ -46,7 +46,7 @@ pub struct Light {
     pub name: String,
     /// True if it says dark where the square is bright.
     pub inverted: bool,
-    /// Half of the span in which the median edge was seen, ms: the sensor tells no time better.
+    /// Uncertainty of a time of the sensor, ms: half of the span in which the median edge was seen.
     pub within_ms: Option<f64>,
     /// Known delay of the sensor, which all times to light leave out, ms.
     pub delay_ms: f64,
@@ -67,7 +67,7 @@ pub struct Screen {
     pub adapter: String,
     /// From the handing over of the picture to its presentation by the window system.
     pub presentation_ms: Option<Spread>,
-    /// Way of the pictures to the screen, or the reason for which nothing told it.
+    /// Way of the pictures to the screen, or the reason why it is not known.
     pub presentation: PresentationSummary,
 }
 
@@ -80,7 +80,7 @@ pub struct Spread {
     pub min: f64,
     /// Median.
     pub median: f64,
-    /// Quantile of nine tenths.
+    /// 90 % quantile.
     pub p90: f64,
     /// Greatest.
     pub max: f64,
@@ -112,12 +112,12 @@ pub struct Figures {
 }
 
 impl Spread {
-    /// Times in ns. `None` without any.
+    /// Summary of times in ns; `None` if there are none.
     #[must_use]
     pub fn of(ns: impl IntoIterator<Item = i64>) -> Option<Self> {
         let mut all: Vec<i64> = ns.into_iter().collect();
         all.sort_unstable();
-        // Six digits behind the point are ns.
+        // The division gives ms and keeps every ns.
         let at = |share: f64| {
             let index = (share * (all.len() - 1) as f64).round() as usize;
             all.get(index).map(|&ns| ns as f64 / 1e6)
@@ -154,7 +154,7 @@ impl Figures {
         }
     }
 
-    /// True if so many changes were not seen that others may have been late, too.
+    /// True if more than a twentieth of the changes were not seen. The maximum may then be cut off.
     #[must_use]
     pub fn is_cut(&self) -> bool {
         20 * self.unseen > self.changes
