@@ -303,9 +303,9 @@ impl Procedure {
         wrong
     }
 
-    /// Notes an injury that an event shows. Events of tears and cuts are left out, because a torn
-    /// or cut suture or band also has such an event, which names an organ that it holds. The
-    /// division of a tube has an event of its own.
+    /// Notes an injury that an event shows. A torn or cut suture or band has the event of a tear or
+    /// cut, and the event names an organ that it holds. So these events are left out. The division
+    /// of a tube has an event of its own.
     fn find_injury(&mut self, at_s: f64, event: &EventMsg, anatomy: &Anatomy, rules: &Rules) {
         self.means.event(at_s, event);
         let kind = anatomy.kind(event.organ);

@@ -19,7 +19,7 @@ const LEAST: f64 = 0.05;
 /// Number of frequencies in each interval of 1 / duration of a movement. Zero padding to 16 times
 /// the length gives as many.
 const FINENESS: f64 = 16.0;
-/// Number of points after which a longer movement is cut: 5 s. Chains of movements without a rest
+/// A longer movement is cut after this number of points: 5 s. Chains of movements without a rest
 /// would otherwise count as one movement that hesitates.
 const LONGEST: usize = 500;
 
