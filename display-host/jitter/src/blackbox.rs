@@ -7,7 +7,7 @@ use shared_mem::message::{STAGES, TickRecord};
 
 use crate::slice::Slice;
 
-/// Ticks kept before and after the late tick that opens an incident.
+/// Number of ticks kept before the late tick that opens an incident, and after it.
 const AROUND: usize = 16;
 /// Largest number of incidents kept.
 const INCIDENTS_MAX: usize = 32;

@@ -17,7 +17,7 @@ pub struct Budget {
     /// Time that the stage took in the worst tick of the controller's own trial before the run.
     /// `None` for the wake-up, and if the controller did not measure its scene.
     pub admitted_ns: Option<u64>,
-    /// Longest time of the run.
+    /// Longest time that the part took in the run, ns.
     pub worst_ns: u64,
     /// Late ticks that this part caused.
     pub late_ticks: u64,

@@ -15,7 +15,8 @@ const T_95: [f64; 30] = [
     2.145, 2.131, 2.120, 2.110, 2.101, 2.093, 2.086, 2.080, 2.074, 2.069, 2.064, 2.060, 2.056,
     2.052, 2.048, 2.045, 2.042,
 ];
-/// Fewest turns for an interval. With two turns it spans a factor of e¹² and says nothing.
+/// Fewest turns for an interval. With two turns it would span the 12.7th power of their ratio, and
+/// say nothing.
 pub const TURNS_MIN: usize = 3;
 
 /// Interval that holds the geometric mean of the turns with 95 % confidence. `None` with fewer than

@@ -46,7 +46,7 @@ pub fn json(incidents: &[Incident]) -> Value {
             events.extend(slices(tick, first.scheduled_ns, pid));
         }
     }
-    // The name of the program marks the file as Calot's, which `--overwrite` looks for.
+    // `--overwrite` recognises the file as Calot's by the name of the program.
     let program = concat!("calot ", env!("CARGO_PKG_VERSION"));
     json!({
         "displayTimeUnit": "ns",

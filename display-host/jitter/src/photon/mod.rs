@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! inputs of all ticks ─► flips ─┐
-//! the window's pictures ────────┼─► pair ─► Place (medians, maxima) ─► report ─► page, text
+//! the window's pictures ────────┼─► pair ─► Figures (medians, maxima) ─► report ─► page, text
 //! the light sensor ─► edges ────┘
 //! ```
 

@@ -27,7 +27,7 @@ pub struct Report {
     pub sensor: Light,
     /// Screen and driver.
     pub screen: Screen,
-    /// Longest time from a change to its light that is looked for, ms.
+    /// Light that comes later than this after a change does not count as its light, ms.
     pub longest_ms: f64,
     /// Figures by place, in the order of measurement.
     pub places: Vec<Figures>,
@@ -65,7 +65,7 @@ pub struct Screen {
     pub present_mode: String,
     /// Graphics adapter and driver.
     pub adapter: String,
-    /// From the handing over of the picture to its presentation by the window system.
+    /// Times from the handing over of the picture to its presentation by the window system.
     pub presentation_ms: Option<Spread>,
     /// Way of the pictures to the screen, or the reason why it is not known.
     pub presentation: PresentationSummary,
@@ -86,7 +86,7 @@ pub struct Spread {
     pub max: f64,
 }
 
-/// Figures of a place of the screen and a cause.
+/// Figures of one place of the screen and one cause, `from`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Figures {
     /// `top`, `middle` or `bottom`.
@@ -95,19 +95,19 @@ pub struct Figures {
     pub from: &'static str,
     /// Changes of the square that count.
     pub changes: u64,
-    /// Those whose light was not seen.
+    /// Changes whose light was not seen.
     pub unseen: u64,
     /// Changes left out, because another came within the longest time.
     pub crowded: u64,
-    /// To the handing over of the picture.
+    /// Times from the cause to the handing over of the picture.
     pub to_picture_ms: Option<Spread>,
-    /// To the presentation of the picture by the window system.
+    /// Times from the cause to the presentation of the picture by the window system.
     pub to_presentation_ms: Option<Spread>,
-    /// To the light.
+    /// Times from the cause to the light.
     pub to_light_ms: Option<Spread>,
-    /// From the handing over to the light.
+    /// Times from the handing over to the light.
     pub picture_to_light_ms: Option<Spread>,
-    /// From the presentation to the light.
+    /// Times from the presentation to the light.
     pub presentation_to_light_ms: Option<Spread>,
 }
 

@@ -77,7 +77,7 @@ pub fn losses(tick: &Tick, slices: &[Slice], virtual_machine: bool) -> Vec<Loss>
     lost
 }
 
-/// Cause that a slice stands for when it costs a tick time.
+/// Cause that a slice stands for, if a tick lost time to the slice.
 fn named(slice: &Slice, virtual_machine: bool) -> (What, &str) {
     match (slice.what, virtual_machine) {
         (What::Idle, true) => (What::Steal, "the host woke the sleeping core late"),
