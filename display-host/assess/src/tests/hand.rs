@@ -30,7 +30,8 @@ fn minute(hz: f64, noise_m: f64, way: impl Fn(f64) -> [f64; 3]) -> Values {
     follow([60.0, hz], [noise_m, 7.0], way)
 }
 
-/// As [`minute`], for a duration in s at a rate in Hz, with noise in m by a seed.
+/// Metrics of a hand that follows `way` as in [`minute`], for `seconds` at `hz` samples/s. The
+/// noise comes from `seed`.
 fn follow(
     [seconds, hz]: [f64; 2],
     [noise_m, seed]: [f64; 2],
@@ -53,7 +54,7 @@ const RATES_HZ: [f64; 5] = [10.0, 30.0, 100.0, 333.0, 1000.0];
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// A smooth movement there and back, with a rest between, from place to place in any direction.
+    /// The hand moves smoothly to a place in any direction, rests there, and moves back.
     #[test]
     fn a_smooth_movement_measures_the_same_at_any_rate_and_with_noise(
         far_m in prop::array::uniform3(0.03f64..0.08), takes_s in 0.8f64..2.5, seed in 1u32..1000,

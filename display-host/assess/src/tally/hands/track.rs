@@ -4,8 +4,7 @@ use super::GRID_S;
 use super::smooth::Smoothness;
 use crate::vector::{Vec3, blend, distance};
 
-/// Part of its last value that a low-pass stage of 6 Hz still has after [`GRID_S`]: exp(−2π ·
-/// 0.06).
+/// Share of its last value that a low-pass stage of 6 Hz keeps over [`GRID_S`]: exp(−2π · 0.06).
 const KEPT: f64 = 0.685_922_165_934_166_2;
 /// Length of the leash, m.
 const LEASH_M: f64 = 0.8e-3;
@@ -142,7 +141,8 @@ impl Track {
         self.movements
     }
 
-    /// Straight distance over path length, for all movements with the present one; NaN without one.
+    /// Sum of the straight distances over the sum of the path lengths, for all movements including
+    /// the present one; NaN without a movement.
     pub(crate) fn economy(&self) -> f64 {
         let mut whole = self.clone();
         whole.end_movement();
@@ -152,7 +152,7 @@ impl Track {
         }
     }
 
-    /// Smoothness of the finished movements; NaN without one.
+    /// Smoothness of the finished movements; NaN if there are none.
     pub(crate) fn smoothness(&self) -> f64 {
         self.smoothness.mean()
     }
