@@ -71,7 +71,10 @@ fn acts_are_done_recorded_assessed_and_replayed_bit_for_bit() {
     for kind in ActKind::ALL {
         assert!(kinds.contains(&kind.name()), "{kind:?} of {kinds:?}");
     }
-    let last_remark = acts.iter().filter_map(|it| it["remark"].as_str()).next_back();
+    let last_remark = acts
+        .iter()
+        .filter_map(|it| it["remark"].as_str())
+        .next_back();
     assert_eq!(last_remark, Some("Näher heran – افتح الفكين"));
     // Blood from a clip that an instructor took off is no unclamped division.
     let alarms = summary["alarms"].as_array().expect("alarms");

@@ -30,8 +30,8 @@ fn minute(hz: f64, noise_m: f64, way: impl Fn(f64) -> [f64; 3]) -> Values {
     follow([60.0, hz], [noise_m, 7.0], way)
 }
 
-/// Metrics of a hand that follows `way`, as in [`minute`]. The duration is in s, the rate in Hz and
-/// the noise in m. The seed decides the noise.
+/// Metrics of a hand that follows `way` as in [`minute`], for `seconds` at `hz` samples/s. The
+/// noise comes from `seed`.
 fn follow(
     [seconds, hz]: [f64; 2],
     [noise_m, seed]: [f64; 2],

@@ -5,8 +5,8 @@ use super::GRID_S;
 use super::smooth::Smoothness;
 use crate::vector::{Vec3, blend, distance};
 
-/// Share of the last value in the next value of a low-pass stage of 6 Hz. The values are
-/// [`GRID_S`] apart, so the share is exp(−2π · 6 Hz · 0.01 s).
+/// Share of its last value that a low-pass stage of 6 Hz keeps over [`GRID_S`]: exp(−2π · 6 Hz ·
+/// 0.01 s).
 const KEPT: f64 = 0.685_922_165_934_166_2;
 /// Length of the leash, m. The point on the leash moves only while the hand is farther away.
 const LEASH_M: f64 = 0.8e-3;
@@ -147,8 +147,8 @@ impl Track {
         self.movements
     }
 
-    /// Straight distance over path length. All movements count, and the present one counts up to
-    /// now. NaN without a movement.
+    /// Sum of the straight distances over the sum of the path lengths. All movements count, and the
+    /// present one counts up to now. NaN without a movement.
     pub(crate) fn economy(&self) -> f64 {
         let mut whole = self.clone();
         whole.end_movement();
@@ -158,7 +158,7 @@ impl Track {
         }
     }
 
-    /// Smoothness of the finished movements; NaN without one.
+    /// Smoothness of the finished movements; NaN if there are none.
     pub(crate) fn smoothness(&self) -> f64 {
         self.smoothness.mean()
     }
