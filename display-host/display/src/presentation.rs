@@ -83,11 +83,11 @@ pub struct Presentation {
     pub refused: Option<Missing>,
     /// Number of pictures handed over.
     pub handed: u64,
-    /// Number of pictures that came to the screen by a flip, by a copy, and not at all.
+    /// Number of pictures that came to the screen by a flip.
     pub flips: u64,
-    /// See `flips`.
+    /// Number of pictures that came to the screen by a copy.
     pub copies: u64,
-    /// See `flips`.
+    /// Number of pictures that did not come to the screen.
     pub skips: u64,
     /// Time from the sample's arrival to the presentation, for pictures of the newest state.
     pub motion: Distribution,

@@ -148,7 +148,7 @@ fn add(stains: &mut Vec<Stain>, stain: Stain, grow_m: f32, most_m: f32) {
         return;
     }
     if stains.len() == STAINS {
-        // Replace the smallest stain, which is least conspicuous.
+        // The smallest stain is replaced, because it is the least conspicuous one.
         let smallest =
             (0..STAINS).min_by(|&a, &b| stains[a].radius_m.total_cmp(&stains[b].radius_m));
         stains.remove(smallest.unwrap_or(0));

@@ -86,7 +86,8 @@ impl Space {
         low = low.min(eye);
         high = high.max(eye);
         let centre = (low + high) / 2.0;
-        // Leave room to look around, but keep the wall behind the organs within reach of the light.
+        // The cavity leaves room to look around, but the wall behind the organs stays within reach
+        // of the light.
         let half = (high - low) / 2.0;
         let radii = half * 1.45 + Vec3::new(0.035, 0.02, 0.02);
         let share = |p: Vec3| (p - centre) / radii;

@@ -79,7 +79,7 @@ impl Gpu {
         })?;
         let fault = Arc::new(Mutex::new(None));
         let (on_error, on_loss) = (fault.clone(), fault.clone());
-        // Only the first fault is kept: it is the cause, and later ones are consequences.
+        // Only the first fault is kept, because it is the cause. Later ones are consequences.
         device.on_uncaptured_error(Arc::new(move |error| note(&on_error, &error.to_string())));
         device.set_device_lost_callback(move |_, detail| {
             note(&on_loss, &format!("the graphics device is lost: {detail}"));

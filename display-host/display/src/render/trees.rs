@@ -43,7 +43,8 @@ pub struct Tree {
     pub scale: [f32; 4],
 }
 
-/// All trees of a scene: texels of two bytes (artery, vein), x fastest, and the grid of each organ.
+/// All trees of a scene, as texels and the grid of each organ. A texel has two bytes, for the
+/// artery and the vein; x runs fastest.
 #[derive(Debug, Clone)]
 pub(super) struct Trees {
     pub(super) size: [u32; 3],
@@ -140,7 +141,7 @@ impl Skin {
         let points = vertices.iter().map(|v| Vec3::from(v.position));
         let none = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         let (low, high) = points.fold(none, |(low, high), p| (low.min(p), high.max(p)));
-        // Merge vertices in ever larger cubes until few enough representatives are left.
+        // Vertices are merged in ever larger cubes until few enough representatives are left.
         let mut cell_m = (high - low).max_element() / 64.0;
         let (mut node_of, mut stands) = ((0..own.len()).collect::<Vec<_>>(), None);
         while stands.as_ref().map_or(own.len(), Vec::len) > NODES {
@@ -220,10 +221,11 @@ impl Skin {
     fn tree(&self, roots: &[usize], supply: &Supply, which: usize) -> Vec<Piece> {
         const FREE: u32 = u32::MAX;
         let seed = 7 + 31 * which as u32;
-        // For each vertex: its parent in the tree (a root is its own parent), the length of the
-        // vessel from the root to it (m), and its squared distance from the tree (m²).
+        // Parent of each vertex in the tree. A root is its own parent.
         let mut parent = vec![FREE; self.count];
+        // Length of the vessel from the root to each vertex, m.
         let mut along = vec![f32::INFINITY; self.count];
+        // Squared distance of each vertex from the tree, m².
         let mut bare = vec![f32::INFINITY; self.count];
         // Vertices of the tree, in the order in which they joined it.
         let mut nodes: Vec<usize> = Vec::new();
@@ -248,7 +250,7 @@ impl Skin {
             }
         }
         for twig in 0..(supply.twigs * roots.len()) as u32 {
-            // Of ten random vertices, choose the one farthest from this tree.
+            // The target is the one of ten random vertices that is farthest from this tree.
             let place = |k| (hash(twig, k, seed) * self.count as f32) as usize % self.count;
             let target = (0..10u32)
                 .map(place)

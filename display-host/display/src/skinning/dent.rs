@@ -4,7 +4,7 @@
 //! knows the rest: which piece of a tool presses on which organ, in which direction, and how far
 //! the piece reaches below the skin that the spheres carry. A piece is a ball or a stretch of one
 //! part. Each tick publishes these dents ([`DentMsg`]), and the picture shows no others. The drawn
-//! skin is finer than the contact skin and lies a few millimetres from it in places, so the depth
+//! skin is finer than the contact skin. In places the two are a few millimetres apart, so the depth
 //! is measured again from the drawn skin.
 //!
 //! Skin under the piece moves by the whole depth. Skin beside the piece moves less, the farther

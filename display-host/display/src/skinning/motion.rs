@@ -305,7 +305,7 @@ mod tests {
     fn block(side: usize) -> (Vec<Vec3>, Vec<[u32; 2]>) {
         let at = |i: usize| {
             let [x, y, z] = [i % side, i / side % side, i / side / side].map(|k| k as f32);
-            // Not quite a grid.
+            // The shake makes the block a little different from a grid.
             let shake = Vec3::new(
                 (i as f32 * 1.7).sin(),
                 (i as f32 * 2.9).cos(),

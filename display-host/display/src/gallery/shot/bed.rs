@@ -69,8 +69,8 @@ pub(super) fn open(scene: &SceneFile) -> Option<Shot> {
     let home = (eye - middle).normalize_or(Vec3::Z);
     let seen = |from: Vec3| {
         let free = front.iter().filter(|at| is_free(**at, from, &hides));
-        // Rate a direction by the cells that it sees. Prefer the endoscope's direction and the side
-        // of the neck, from where the camera looks into the gap.
+        // A direction is rated by the number of cells that it sees. The endoscope's direction rates
+        // higher, and so does the side of the neck, from where the camera looks into the gap.
         (1.0 + free.count() as f32) * (1.0 + 0.2 * from.dot(home) - 0.7 * from.dot(bed.axis))
     };
     let from = sides().map(|side| (seen(side), side));

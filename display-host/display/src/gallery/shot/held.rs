@@ -21,7 +21,7 @@ pub(super) fn shot(scene: &SceneFile) -> Option<Shot> {
     let bladder = scene.organs().iter().find(|it| is_it(it.kind))?;
     let port = Vec3::from(scene.room().instrument_port_m);
     let others = others(scene, bladder);
-    // Choose the visible place that faces the port best.
+    // The fold lies at the visible place that faces the port best.
     let judges = judges(scene, bladder);
     let free = judges
         .iter()

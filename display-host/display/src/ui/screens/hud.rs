@@ -120,7 +120,7 @@ fn over(
         for reason in &end.reasons {
             ui.label(RichText::new(words.reason(reason)).size(TEXT));
         }
-        // Only the trainee ends the task, not the instructor.
+        // The trainee ends the task; the instructor does not.
         if !state.instructor && ui.button(words.say("hud-end")).clicked() {
             asked.push(Asked::Quit);
         }

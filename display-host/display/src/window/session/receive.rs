@@ -59,7 +59,7 @@ impl Session {
         let organs = &self.organs;
         self.host.drain_events(|event| {
             feed.note_event(event);
-            // Clear all bleeding and stains, whoever requested the reset.
+            // A reset clears all bleeding and stains, whoever requested it.
             if event.is(EventKind::Reset) {
                 pending.clear();
                 (*newest_clip, *was_reset) = (None, true);
