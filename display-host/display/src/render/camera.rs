@@ -171,8 +171,8 @@ pub fn frame(
     let world_from_camera = scope.world_from_view(tools);
     let [width, height] = size.map(|s| s as f32);
     let aspect = width / height;
-    // The tangent of the angle of view at the picture's top edge. A circle of radius 1 touches this
-    // edge.
+    // This is the tangent of the angle of view at the picture's top edge, which a circle of radius
+    // 1 touches.
     let tangent = (scope.half_angle / scope.circle.max(1.0)).tan();
     let clip_from_camera =
         projection::perspective_infinite_reverse(2.0 * tangent.atan(), aspect, scope.near_m);

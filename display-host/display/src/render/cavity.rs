@@ -159,7 +159,7 @@ impl Cavity {
             for i in 0..around {
                 let turn = i as f32 / around as f32 * core::f32::consts::TAU;
                 let d = Vec3::new(flat * turn.cos(), height, flat * turn.sin());
-                // Broad, soft folds of the wall.
+                // The wall has broad, soft folds.
                 let folds = noise(d * 2.1 + 3.7).1 * 0.10 + noise(d * 5.3 + 1.1).1 * 0.035;
                 let at = space.world(d * space.radii * space.wall(d, 1.0 + folds));
                 self.vertices

@@ -95,7 +95,7 @@ impl Cells {
             cells,
         };
         if !made.cells.is_empty() {
-            // Two triangles a face, six faces a cell.
+            // A face has two triangles, and a cell has six faces.
             let indices = made.cells.len() * 6 * 6;
             made.buffers = Some(Buffers::new(gpu, "cells", count, indices));
         }

@@ -187,7 +187,7 @@ mod tests {
     #[test]
     fn governor_does_not_swing_between_two_tiers() {
         let mut governor = Governor::new(Quality::GPU_TIERS.to_vec(), 14.0);
-        // The best tier costs too much, the next one seems to have plenty of room.
+        // The best tier costs too much, and the next one seems to have plenty of room.
         let cost = |tier: usize| if tier == 0 { 20.0 } else { 5.0 };
         let changes = run(&mut governor, 20_000, cost);
         assert!(changes < 16, "{changes} changes in 20000 frames");

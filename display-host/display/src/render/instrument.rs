@@ -128,7 +128,7 @@ fn shaft(solid: &mut Solid, z_m: f32, radius_m: f32) {
 fn fork(solid: &mut Solid, half_width_m: f32) {
     let w = half_width_m;
     for side in [-1.0, 1.0] {
-        // A cheek of the fork, rounded towards the tip.
+        // The outline is a cheek of the fork, rounded towards the tip.
         let outline: Vec<Vec2> = {
             let mut points = vec![Vec2::new(0.0062, -0.0019), Vec2::new(0.0062, 0.0019)];
             points.extend((0..=12).map(|i| {
@@ -187,7 +187,7 @@ fn jaw(
             let across: Vec<Vec2> = (0..=14)
                 .map(|i| {
                     let turn = i as f32 / 14.0 * core::f32::consts::PI;
-                    // A flute along the back.
+                    // A flute runs along the back.
                     let flute = 1.0 - 0.22 * (-(turn.cos() / 0.38).powi(2)).exp() * (1.0 - t);
                     Vec2::new(turn.cos() * half_width, 0.0003 + turn.sin() * back * flute)
                 })

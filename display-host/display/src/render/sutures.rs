@@ -262,7 +262,7 @@ mod tests {
         assert!(a[0].distance(leaves[0]) < 1e-6 && a[POINTS - 1].distance(b[0]) < 1e-6);
         assert!(a.iter().chain(&b).all(|it| it.z.abs() < 1e-6));
         assert!(b[POINTS - 1].y > 0.2, "through the wall: {}", b[POINTS - 1]);
-        // The organ is nearer to the wall than the suture's length, by 10 mm.
+        // The organ is nearer to the wall than the suture is long, by 10 mm.
         let [a, _, b, _] = course(&hung, Vec3::Y * 0.01, leaves, Vec3::Z);
         assert!(a[POINTS - 1].z < -0.01 && b[POINTS - 1].z.abs() < 1e-6);
     }

@@ -216,7 +216,7 @@ mod tests {
         assert!(shown(1, &[a, b, c], &[true]).is_empty(), "is hidden");
         assert!(shown(1, &facing(0.5, 0.0, -0.1, 0.01), &[]).is_empty());
         assert!(shown(1, &facing(0.0, 0.0, 0.1, 0.01), &[]).is_empty());
-        // One that reaches behind the lens stays.
+        // A triangle that reaches behind the lens stays.
         assert_eq!(shown(1, &[a, [0.0, 0.01, 0.1], c], &[]).len(), 1);
     }
 

@@ -143,7 +143,7 @@ fn displaced_m(dent: &Dent, at: Vec3, around_m: f32) -> f32 {
     if x > 3.0 {
         return 0.0;
     }
-    // Depth below the undisturbed skin.
+    // Depth of the place below the undisturbed skin.
     let below_m = along_m - (radius_m - depth_m);
     let under_m = if below_m >= 0.0 {
         depth_m * (-below_m / FADES_M.max(2.0 * depth_m)).exp()
@@ -234,7 +234,7 @@ mod tests {
         assert!(dented(&[dent], Vec3::ZERO, EDGE_M, |_| 0.0) == Vec3::ZERO);
         let half = dented(&[dent], Vec3::ZERO, EDGE_M, |_| 0.5);
         assert!((half.z + 0.0015).abs() < 1e-6, "{half}");
-        // Jaws on both sides of a fold of 4 mm.
+        // The other dent is that of a jaw on the opposite side of a fold of 4 mm.
         let mut other = dent;
         for end in [&mut other.a, &mut other.b] {
             end[2] = -0.004 - end[2];

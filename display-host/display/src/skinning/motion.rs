@@ -402,7 +402,7 @@ mod tests {
             motions.update(&states(rest.iter().map(|&c| turn * c)));
         }
         for (motion, &c) in motions.now().iter().zip(&rest) {
-            // A point off the row, where the sphere has no neighbours.
+            // The point lies off the row, in a direction without neighbours.
             let skin = c + Vec3::new(0.0, 0.0015, 0.0);
             let off = moved(motion, skin).distance(quarter * skin);
             assert!(off < 1e-4, "{off} m");
