@@ -1,4 +1,5 @@
-//! Confidence intervals over the turns of a run.
+//! Confidence intervals over the turns of a run. In each round of a run, every program has one
+//! turn.
 //!
 //! Latencies are positive and skewed, so the interval is that of the geometric mean: Student's t on
 //! the logarithms of the turns. It is right even for few turns. An interval from a bootstrap of the
@@ -42,7 +43,8 @@ pub fn median(mut values: Vec<f64>) -> Option<f64> {
     Some(f64::midpoint(values[last / 2], values[last.div_ceil(2)]))
 }
 
-/// Returns `ci95` of `jitter.json`. Intervals are pairs, or null with too few turns.
+/// The value of the key `ci95` in `jitter.json`. Each interval is a pair, or null if the turns are
+/// too few.
 pub fn to_json(rounds: &[Round]) -> Value {
     let mut programs: Vec<&str> = rounds.iter().map(|r| r.program.as_str()).collect();
     programs.sort_unstable();
@@ -101,7 +103,8 @@ mod tests {
 
     #[test]
     fn it_covers_the_truth_in_about_95_of_100_runs_of_three_turns() {
-        // Sums of twelve even draws are nearly normal. The draws come from a fixed seed.
+        // The sum of twelve draws from the uniform distribution is nearly normal. The draws come
+        // from a fixed seed.
         let mut state = 1u64;
         let mut even = || {
             state = state

@@ -13,7 +13,7 @@
 //!                                    exchange (.hgrm, cyclictest's text)
 //! ```
 //!
-//! [`photon`] is a measurement of its own: the time from a tick to its light on the screen.
+//! [`photon`] is a separate measurement: the time from a tick to its light on the screen.
 
 pub mod baselines;
 pub mod blackbox;
