@@ -11,7 +11,7 @@ const NOTICE_S: f64 = 8.0;
 /// Acts of instructors at one moment.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ActsView {
-    /// The newest act, and the text of a remark, while the picture tells them.
+    /// The newest act, as long as the picture tells it. A remark has its text, if the text is told.
     pub notice: Option<(ActKind, Option<String>)>,
     /// Place at which an instructor points, world frame, m.
     pub mark: Option<[f32; 3]>,
@@ -20,8 +20,9 @@ pub struct ActsView {
 }
 
 impl ActsView {
-    /// The view at `now_s` of acts with their times, s, the oldest first. `tells_remarks`: shows
-    /// the text of remarks, which a trainee reads only in the debrief.
+    /// The view of these acts at the time `now_s`. Each act comes with its time, s, the oldest act
+    /// first. With `tells_remarks` the view has the text of a remark; a trainee reads this text
+    /// only in the debrief.
     #[must_use]
     pub fn at(acts: &[(f64, ActMsg)], now_s: f64, tells_remarks: bool) -> Self {
         let known = acts.iter().filter(|(at_s, _)| *at_s <= now_s);
@@ -29,7 +30,7 @@ impl ActsView {
         let mut view = Self::default();
         for (at_s, kind, act) in known {
             let is_new = now_s - at_s < NOTICE_S;
-            // A pause is told as long as it lasts.
+            // The picture tells a pause until it ends.
             if is_new || kind == ActKind::Pause {
                 let remark = act
                     .text()

@@ -1,5 +1,6 @@
 //! Effects that wait for the next picture, and the time that passes in them until then. Old and
-//! excess effects are dropped, reports of leaks last.
+//! excess effects are dropped. Reports of leaks do not grow old, and are dropped only if nothing
+//! else waits.
 
 use std::collections::VecDeque;
 
@@ -72,7 +73,7 @@ pub(super) fn parts(begun: &[(u64, Effect)], before: u64, seconds: f32) -> Vec<P
 impl Pending {
     pub(super) fn push(&mut self, now_s: f64, tick: u64, effect: Effect) {
         if self.waiting.len() == PENDING_MAX {
-            // A leak that nobody hears of would never flow, or never stop.
+            // If the report of a leak were lost, the leak would never flow, or never stop.
             let passing = self.waiting.iter().position(|it| !it.effect.is_leak());
             self.waiting.remove(passing.unwrap_or(0));
         }

@@ -24,8 +24,8 @@
 //! of the free surface (H. E. Huppert, "Flow and instability of a viscous current down a slope",
 //! Nature 300, 1982). The slope is that of the tissue, and on level ground also that of the film
 //! itself, which evens out pools. A film whose weight does not overcome its rim's hold stands.
-//! Blood becomes more viscous with time. Once it has clotted it stands, and drips no more. A parcel that runs over
-//! dry tissue leaves a thin film there.
+//! Blood becomes more viscous with time. Once it has clotted it stands, and drips no more. A parcel
+//! that runs over dry tissue leaves a thin film there.
 //!
 //! Where skin hangs over, a thick film at a lowest place lets go in a drop. Fluid passes to another
 //! organ at once where that organ lies close below, and comes up where another organ covers it.
@@ -79,7 +79,8 @@ pub struct Balance {
     pub lies_ml: [f64; 2],
     /// Falls.
     pub falls_ml: [f64; 2],
-    /// Gone: fell out of reach, or found no room among the drops in the air or no skin to lie on.
+    /// Gone: it fell out of reach, or found no skin to lie on or no room among the drops in the
+    /// air.
     pub gone_ml: [f64; 2],
 }
 

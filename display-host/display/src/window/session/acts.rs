@@ -1,4 +1,4 @@
-//! Acts of instructors: shown at the station, asked for in an instructor's window.
+//! Acts of instructors. The station's window shows them, and an instructor's window asks for them.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -15,7 +15,7 @@ use crate::words::Words;
 
 /// Longest wait for the station's answer. The instructor's picture waits as well.
 const PATIENCE: Duration = Duration::from_millis(900);
-/// Distance of a mark behind which nothing lies, from the endoscope's lens, m.
+/// Distance of a mark from the endoscope's lens if no tissue lies at its place in the picture, m.
 const NOWHERE_M: f32 = 0.08;
 
 impl Session {
@@ -77,8 +77,8 @@ impl Session {
     }
 }
 
-/// Place of the nearest sphere under a place of the picture, world frame, m. `None` outside the
-/// endoscope's circle.
+/// Point of the nearest sphere that appears at a place of the picture, world frame, m. `None`
+/// outside the endoscope's circle.
 fn found(
     (state, tools): (&StateFrame, &ToolFrame),
     scene: &SceneFile,

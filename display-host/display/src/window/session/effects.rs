@@ -37,8 +37,8 @@ impl Session {
         (self.ui.replay).is_some_and(|view| view.seeks_s.is_some())
     }
 
-    /// True if the next picture must clear all bleeding and stains: also each one during a seek, and
-    /// the first after it.
+    /// True if the next picture must clear all bleeding and stains. Each picture during a seek
+    /// must, and so must the first after it.
     pub(in crate::window) fn take_reset(&mut self) -> bool {
         match self.is_seeking() {
             true => {
