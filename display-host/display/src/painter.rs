@@ -207,9 +207,14 @@ fn paint_all(
             return Ok(());
         }
         let spheres = still.state.spheres().unwrap_or(&[]);
+        // A still without effects leaves those of the run as they are.
+        let mut apart = None;
         match &still.effects {
             Some(stretch) => stretch.play(&mut renderer, spheres),
-            None => renderer.effects_mut().clear(),
+            None => {
+                let none = renderer.effects().none();
+                apart = Some(core::mem::replace(renderer.effects_mut(), none));
+            }
         }
         renderer.set_cells(&gpu, still.state.cells().unwrap_or(&[]));
         let time_s = (still.state.at_ns % 3_600_000_000_000) as f32 * 1e-9;
@@ -222,6 +227,10 @@ fn paint_all(
         let submitted_ns = now_ns();
         let picture = renderer.read(&gpu)?;
         let shown_ns = now_ns();
+        if let Some(mut effects) = apart {
+            effects.skin_changed(); // it may have changed for this picture
+            *renderer.effects_mut() = effects;
+        }
         crate::kept::write(&picture, &still.path)?;
         let frame = FrameRecord {
             tick: still.state.tick,

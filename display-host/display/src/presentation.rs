@@ -11,8 +11,8 @@ use crate::latency::FrameRecord;
 
 /// Largest number of pictures whose times are not told yet. A driver has at most a few under way.
 const WAITING_MAX: usize = 64;
-/// Largest difference of a told time from the present, ns. A time with a larger difference comes
-/// from another computer's clock.
+/// A told time is of this computer's clock if it is at most so long before its picture was handed
+/// over, or after now, ns.
 const CLOCK_NS: u64 = 60_000_000_000;
 
 /// Way of a picture to the screen.
@@ -124,7 +124,8 @@ impl Presentation {
         let missing = self.missing();
         PresentationSummary {
             source: missing.is_none().then_some("x11_present"),
-            missing: missing.map(|it| it.to_string()),
+            // What was told may also have come to an end.
+            missing: missing.or(self.refused.clone()).map(|it| it.to_string()),
             flips: self.flips,
             copies: self.copies,
             skips: self.skips,
@@ -132,13 +133,16 @@ impl Presentation {
     }
 }
 
-/// Pictures on their way, in the order of handing over. The driver numbers the pictures of a
-/// swapchain one after the other, and begins anew in the next swapchain.
+/// Pictures on their way, in the order of handing over. The drivers of Mesa number the pictures of
+/// a swapchain from 1 on, and begin anew in the next swapchain. Where no picture has the number
+/// that is told, the difference to the last one counts.
 #[derive(Debug)]
 pub(crate) struct Order<T> {
-    /// Pictures with the number of their swapchain.
-    waiting: VecDeque<(u64, T)>,
+    /// Pictures, with the number of their swapchain and their own number in it, from 1 on.
+    waiting: VecDeque<(u64, u32, T)>,
     swapchain: u64,
+    /// Number of pictures of this swapchain.
+    count: u32,
     /// Swapchain and serial number of the last picture that was told.
     last: Option<(u64, u32)>,
 }
@@ -148,6 +152,7 @@ impl<T> Default for Order<T> {
         Self {
             waiting: VecDeque::new(),
             swapchain: 0,
+            count: 0,
             last: None,
         }
     }
@@ -157,6 +162,7 @@ impl<T> Order<T> {
     /// From now on pictures are of a new swapchain.
     pub(crate) fn renew(&mut self) {
         self.swapchain += 1;
+        self.count = 0;
     }
 
     /// Notes that a picture was handed over. Nothing may ever be told of it.
@@ -164,12 +170,16 @@ impl<T> Order<T> {
         if self.waiting.len() == WAITING_MAX {
             self.waiting.pop_front();
         }
-        self.waiting.push_back((self.swapchain, picture));
+        self.count = self.count.wrapping_add(1);
+        self.waiting
+            .push_back((self.swapchain, self.count, picture));
     }
 
     /// The picture with this serial number, which is told now. Earlier ones are forgotten.
     pub(crate) fn told(&mut self, serial: u32) -> Option<T> {
+        let exact = self.waiting.iter().position(|it| it.1 == serial);
         let left_out = match self.last {
+            _ if exact.is_some() => exact.unwrap_or_default() as u32,
             Some((swapchain, last)) if serial < last => {
                 // The driver began to count anew: nothing more comes of the old swapchain.
                 while self.waiting.front().is_some_and(|it| it.0 <= swapchain) {
@@ -183,15 +193,16 @@ impl<T> Order<T> {
         for _ in 0..left_out.min(self.waiting.len() as u32) {
             self.waiting.pop_front();
         }
-        let (swapchain, picture) = self.waiting.pop_front()?;
+        let (swapchain, _, picture) = self.waiting.pop_front()?;
         self.last = Some((swapchain, serial));
         Some(picture)
     }
 }
 
-/// True if a told time may be one of this computer's clock.
-pub(crate) const fn is_this_clock(at_ns: u64, now_ns: u64) -> bool {
-    at_ns.abs_diff(now_ns) < CLOCK_NS
+/// True if a told time may be one of this computer's clock: from the handing over of its picture to
+/// now. Nobody may have read what was told for a long time.
+pub(crate) const fn is_this_clock(at_ns: u64, handed_ns: u64, now_ns: u64) -> bool {
+    at_ns.saturating_add(CLOCK_NS) > handed_ns && at_ns < now_ns.saturating_add(CLOCK_NS)
 }
 
 #[cfg(test)]
@@ -229,6 +240,30 @@ mod tests {
     }
 
     #[test]
+    fn a_resize_after_one_picture_is_noticed() {
+        let mut order = Order::default();
+        for picture in ['a', 'b', 'c'] {
+            order.hand(picture);
+        }
+        assert_eq!(order.told(1), Some('a'));
+        // 'b' and 'c' are never told.
+        order.renew();
+        order.hand('x');
+        order.hand('y');
+        assert_eq!([1, 2].map(|it| order.told(it)), [Some('x'), Some('y')]);
+    }
+
+    #[test]
+    fn a_driver_with_numbers_of_its_own_is_followed() {
+        let mut order = Order::default();
+        for picture in 'a'..='e' {
+            order.hand(picture);
+        }
+        let told = [700, 701, 703].map(|serial| order.told(serial));
+        assert_eq!(told, [Some('a'), Some('b'), Some('d')]);
+    }
+
+    #[test]
     fn a_driver_that_tells_nothing_takes_no_memory() {
         let mut order = Order::default();
         for picture in 0..100_000 {
@@ -251,6 +286,12 @@ mod tests {
         assert_eq!(told.missing(), None);
         let summary = told.summary();
         assert_eq!((summary.source, summary.copies), (Some("x11_present"), 2));
+        assert_eq!(summary.missing, None);
+        // Then the server ended.
+        told.refused = Some(Missing::Refused("gone".into()));
+        let summary = told.summary();
+        assert_eq!(summary.source, Some("x11_present"));
+        assert!(summary.missing.is_some_and(|it| it.contains("gone")));
     }
 
     #[test]
@@ -279,8 +320,12 @@ mod tests {
     #[test]
     fn a_time_of_another_computer_is_noticed() {
         let now_ns = 9_000_000_000_000;
-        assert!(is_this_clock(now_ns - 20_000_000, now_ns));
-        assert!(is_this_clock(now_ns + 20_000_000, now_ns));
-        assert!(!is_this_clock(1_000_000, now_ns));
+        assert!(is_this_clock(now_ns - 20_000_000, now_ns, now_ns));
+        assert!(is_this_clock(now_ns + 20_000_000, now_ns, now_ns));
+        assert!(!is_this_clock(1_000_000, now_ns, now_ns));
+        assert!(!is_this_clock(now_ns * 2, now_ns, now_ns));
+        // The program was paused for five minutes before it read the time.
+        let handed_ns = now_ns - 300_000_000_000;
+        assert!(is_this_clock(handed_ns + 20_000_000, handed_ns, now_ns));
     }
 }

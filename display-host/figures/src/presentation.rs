@@ -7,7 +7,7 @@ use serde::Serialize;
 pub struct PresentationSummary {
     /// `x11_present`; `None` if nothing told when pictures were presented.
     pub source: Option<&'static str>,
-    /// Reason for which nothing was told.
+    /// Reason for which nothing was told, or nothing more from some time on.
     pub missing: Option<String>,
     /// Pictures that the screen showed from their own memory: their time is that of the screen.
     pub flips: u64,
@@ -21,13 +21,15 @@ impl PresentationSummary {
     /// Sentence without a full stop.
     #[must_use]
     pub fn said(&self) -> String {
-        match &self.missing {
-            Some(missing) => format!("no presentation times: {missing}"),
-            None => format!(
-                "presentation times of the X server (extension Present): {} pictures by a flip, {} by a \
-                 copy into the window, {} skipped",
-                self.flips, self.copies, self.skips
-            ),
+        let ways = format!(
+            "presentation times of the X server (extension Present): {} pictures by a flip, {} by a \
+             copy into the window, {} skipped",
+            self.flips, self.copies, self.skips
+        );
+        match (&self.missing, self.source) {
+            (Some(missing), None) => format!("no presentation times: {missing}"),
+            (Some(missing), Some(_)) => format!("{ways}; later none: {missing}"),
+            (None, _) => ways,
         }
     }
 }
@@ -46,6 +48,9 @@ mod tests {
             ..PresentationSummary::default()
         };
         assert!(told.said().contains("900 pictures by a flip, 3 by a copy"));
+        told.missing = Some("it ended".to_owned());
+        assert!(told.said().ends_with("1 skipped; later none: it ended"));
+        told.source = None;
         told.missing = Some("no window was opened".to_owned());
         assert_eq!(told.said(), "no presentation times: no window was opened");
     }

@@ -8,6 +8,11 @@
 //! five spreads (four standard deviations, if the jitter is normal), so that nearly no other sample
 //! comes just too late. The loop rests while the spread is so large that little could be gained.
 //!
+//! The mean lags behind a drift of the device's clock, and until the loop has learnt the drift, the
+//! lag counts as spread. So the loop also rests beside a clock that is off by about 195 in a
+//! million or more: 256 waits × 195 ns are a twentieth of the period. The more the line jitters,
+//! the less drift suffices, down to about 100 in a million.
+//!
 //! A step of the ticks changes all later waits by itself. So the mean turns with each step, and the
 //! loop knows the outcome of its steps at once: it moves with the largest step until it has
 //! arrived, half a second at most.

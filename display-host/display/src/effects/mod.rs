@@ -278,6 +278,12 @@ impl Effects {
         self.fluids = Fluids::new(self.up);
         self.haze = Haze::default();
         self.wear = Wear::default();
+        (self.left_s, self.waited, self.thrown) = (0.0, 0, 0);
+    }
+
+    /// No effects, under the same gravity.
+    pub(crate) fn none(&self) -> Self {
+        Self::new(self.up)
     }
 }
 

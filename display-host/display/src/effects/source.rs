@@ -27,6 +27,9 @@ const SPURTS: f32 = 0.4;
 /// Volume of a drop that spurts, m³.
 const SPURT_M3: f64 = 3e-9;
 
+/// Largest flow of a source, ml/min: many times that of any vessel of the scenes.
+const ML_MIN_MAX: f64 = 1000.0;
+
 /// A running source.
 #[derive(Debug, Clone)]
 pub(super) struct Source {
@@ -109,10 +112,28 @@ impl Source {
         }
     }
 
+    /// The mouth's present place and outward normal. A cut may hide the skin at the mouth. Then
+    /// the mouth is at the nearest vertex whose skin is whole.
+    fn mouth(&mut self, skin: &Skin<'_>) -> (Vec3, Vec3) {
+        let is_hidden = |vertex: &usize| skin.place_at(*vertex).is_none();
+        if let Some(vertex) = self.mouth.filter(is_hidden) {
+            self.mouth = skin.nearest_whole(vertex);
+        }
+        let given = self.effect.along.normalize_or(Vec3::Y);
+        match self.mouth {
+            Some(vertex) => {
+                let normal = skin.present_normal(vertex).normalize_or(given);
+                (skin.place(vertex), normal)
+            }
+            None => (self.effect.at_m, given),
+        }
+    }
+
     /// Pours the blood or bile that flows in a step.
     fn pour(&mut self, step_s: f32, skin: &Skin<'_>, fluids: &mut Fluids, thrown: &mut u32) {
-        let mean_m3_s =
-            f64::from(self.effect.flow.ml_min * self.effect.strength.min(2.0)) * 1e-6 / 60.0;
+        // An absurd flow would take absurdly many parcels. Nothing flows at no number.
+        let ml_min = f64::from(self.effect.flow.ml_min * self.effect.strength.min(2.0));
+        let mean_m3_s = ml_min.clamp(0.0, ML_MIN_MAX) * 1e-6 / 60.0;
         self.due_m3 += mean_m3_s * f64::from(self.share() * step_s);
         let beat = self.beat();
         let spurts = self.effect.flow.pulses && beat > SPURTS;
@@ -120,15 +141,19 @@ impl Source {
             true => SPURT_M3.max(fluids.parcel_m3(mean_m3_s)),
             false => fluids.parcel_m3(mean_m3_s),
         };
-        while self.due_m3 >= parcel_m3 && parcel_m3 > 0.0 {
+        if !(self.due_m3 >= parcel_m3 && parcel_m3 > 0.0) {
+            return;
+        }
+        let (at_m, normal) = self.mouth(skin);
+        while self.due_m3 >= parcel_m3 {
             self.due_m3 -= parcel_m3;
             *thrown = thrown.wrapping_add(1);
-            let along = self.effect.along.normalize_or(Vec3::Y) + chance(*thrown) * 0.12;
+            let along = normal + chance(*thrown) * 0.12;
             let speed = SPURT_M_S * beat.sqrt() * self.effect.strength.clamp(0.0, 1.0).sqrt();
             fluids.pour(
                 &Gush {
                     kind: self.effect.kind,
-                    at_m: self.effect.at_m,
+                    at_m,
                     mouth: self.mouth,
                     volume_m3: parcel_m3,
                     spurts: (along * speed, if spurts { SPURTING } else { 0.0 }),

@@ -89,6 +89,28 @@ impl<'a> Skin<'a> {
         ))
     }
 
+    /// The vertex nearest to this one in the tissue at rest, within `REACH_M`, whose skin a cut
+    /// left whole.
+    pub(super) fn nearest_whole(&self, vertex: usize) -> Option<usize> {
+        let at = self.at_rest(vertex);
+        let far = |v: usize| self.at_rest(v).distance_squared(at);
+        let near = (0..self.vertex_count()).filter(|v| far(*v) < REACH_M * REACH_M);
+        near.filter(|v| self.place_at(*v).is_some())
+            .min_by(|a, b| far(*a).total_cmp(&far(*b)))
+    }
+
+    /// Sum of the present normals of the triangles at a vertex, by their area.
+    pub(super) fn present_normal(&self, vertex: usize) -> Vec3 {
+        let ring = self.mesh.ring_first.get(vertex..vertex + 2);
+        let around = ring.and_then(|it| self.mesh.ring.get(it[0] as usize..it[1] as usize));
+        let faces = around.unwrap_or(&[]).iter().map(|triangle| {
+            let corners = self.mesh.triangles[*triangle as usize];
+            let [a, b, c] = corners.map(|v| self.place(v as usize));
+            (b - a).cross(c - a)
+        });
+        faces.sum()
+    }
+
     /// Position of a vertex in the tissue at rest, m.
     pub(super) fn at_rest(&self, vertex: usize) -> Vec3 {
         self.mesh

@@ -341,6 +341,32 @@ fn work_leaves_char_and_blood_on_the_instrument_until_it_is_exchanged() {
     assert!(effects.wear().charred <= 0.0 && effects.wear().bloody <= 0.0);
 }
 
+#[test]
+fn an_absurd_flow_ends() {
+    let mesh = SkinMesh::default();
+    let skin = Skin::new(&mesh, &[], &[], &[]);
+    for ml_min in [1e20, f32::MAX, f32::INFINITY, f32::NAN, -1e20] {
+        let mut effects = Effects::new(Vec3::Y);
+        let effect = Effect {
+            flow: Flow {
+                ml_min,
+                pulses: true,
+            },
+            kind: Kind::Blood,
+            at_m: Vec3::ZERO,
+            along: Vec3::Y,
+            strength: 1e20,
+            lasts_s: Effect::LEAK_S,
+        };
+        effects.begin(&effect, &skin);
+        effects.advance(0.5, &skin);
+        let came = effects.fluids().balance();
+        let came_ml = came.leaked_ml[0] + came.emptied_ml[0];
+        // 1000 ml/min for half a second, at most at the pressure of a beat's peak.
+        assert!((0.0..60.0).contains(&came_ml), "{came_ml} at {ml_min}");
+    }
+}
+
 proptest! {
     #[test]
     fn effects_survive_any_input(

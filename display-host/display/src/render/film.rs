@@ -1,5 +1,6 @@
 //! The films of blood and bile as a texture. The red channel holds blood, the green one bile and
-//! the blue one clotted blood. Only the block that changed is uploaded.
+//! the blue one clotted blood. When the fluid has changed, the block that is or was wet is
+//! uploaded.
 
 use glam::Vec3;
 
@@ -14,6 +15,8 @@ const THICKEST_M: f32 = 0.002;
 pub(super) struct Films {
     texture: wgpu::Texture,
     wet: Option<Block>,
+    /// Number of the fluid's change that the texture shows.
+    change: Option<u64>,
     texels: Vec<[u8; 4]>,
 }
 
@@ -37,6 +40,7 @@ impl Films {
         Self {
             texture,
             wet: None,
+            change: None,
             texels: Vec::new(),
         }
     }
@@ -45,8 +49,13 @@ impl Films {
         self.texture.create_view(&Default::default())
     }
 
-    /// Uploads the present films. Texels that were wet before, and are no more, become dry.
+    /// Uploads the films if they have changed. Texels that were wet before, and are no more, become
+    /// dry.
     pub(super) fn upload(&mut self, gpu: &Gpu, fluids: &Fluids) {
+        let change = Some(fluids.change());
+        if core::mem::replace(&mut self.change, change) == change {
+            return;
+        }
         let wet = fluids.field().and_then(Field::wet);
         let block = match (wet, self.wet) {
             (Some(now), Some(before)) => core::array::from_fn(|k| {

@@ -111,14 +111,14 @@ fn between(a: Body, b: Body, t: f32) -> Body {
 // 150 g/l of haemoglobin (S. Prahl's table at 630, 540 and 460 nm). Fresh blood has 85 % of its
 // oxygen, clotted blood none. Its reduced scattering is 1.5/mm, and the attenuation follows by
 // Kubelka and Munk. Colours of deep fluid were set by eye, and all of bile's numbers are assumed.
-const FRESH = vec3f(0.060, 0.0021, 0.0028);
+const FRESH = vec3f(0.030, 0.0012, 0.0016);
 const FRESH_TAKES = vec3f(4.4, 114.0, 91.0);
 const CLOT = vec3f(0.020, 0.0016, 0.0022);
 const CLOT_TAKES = vec3f(13.0, 102.0, 52.0);
 const BILE = vec3f(0.034, 0.0185, 0.0016);
 const BILE_TAKES = vec3f(0.9, 2.3, 12.0);
 // Thinnest visible film, and thickness at which it covers all of the tissue's relief, mm.
-const RIM_MM = vec2f(0.012, 0.100);
+const RIM_MM = vec2f(0.010, 0.260);
 
 // Share of char at a place of the tissue at rest: 0 to 1.
 fn charred(p: vec3f, rough: f32) -> f32 {
@@ -130,12 +130,36 @@ fn charred(p: vec3f, rough: f32) -> f32 {
   return most;
 }
 
+// Four samples of the film texture, mixed: `near_x` and `near_y` are the shares of the first ones.
+fn film_row(ax: f32, bx: f32, near_x: f32, ay: f32, by: f32, near_y: f32, z: f32) -> vec3f {
+  let aa = textureSampleLevel(film_texture, noise_sampler, vec3f(ax, ay, z), 0.0).rgb;
+  let ba = textureSampleLevel(film_texture, noise_sampler, vec3f(bx, ay, z), 0.0).rgb;
+  let ab = textureSampleLevel(film_texture, noise_sampler, vec3f(ax, by, z), 0.0).rgb;
+  let bb = textureSampleLevel(film_texture, noise_sampler, vec3f(bx, by, z), 0.0).rgb;
+  return mix(mix(bb, ab, near_x), mix(ba, aa, near_x), near_y);
+}
+
 // Thickness of the film at a place of the tissue at rest: blood, bile and clotted blood, mm.
 fn film_at(p: vec3f) -> vec3f {
   if (stains.count.y == 0u) { return vec3f(0.0); }
   let at = (p - stains.window.xyz) * stains.scale.xyz;
   if (any(at <= vec3f(0.0)) || any(at >= vec3f(1.0))) { return vec3f(0.0); }
-  let root = textureSampleLevel(film_texture, noise_sampler, at, 0.0).rgb;
+  // Cubic B-spline: straight mixing would show the grid's cells as corners of the film's rim. Eight
+  // samples, each a mix of eight texels (Sigg and Hadwiger, GPU Gems 2, chapter 20).
+  let size = vec3f(textureDimensions(film_texture));
+  let texel = at * size - 0.5;
+  let low = floor(texel);
+  let f = texel - low;
+  let e = 1.0 - f;
+  let w0 = e * e * e / 6.0;
+  let w1 = 2.0 / 3.0 - f * f * (1.0 - 0.5 * f);
+  let w3 = f * f * f / 6.0;
+  let near = w0 + w1;
+  let a = (low - 0.5 + w1 / near) / size;
+  let b = (low + 1.5 + w3 / (1.0 - near)) / size;
+  let front = film_row(a.x, b.x, near.x, a.y, b.y, near.y, a.z);
+  let back = film_row(a.x, b.x, near.x, a.y, b.y, near.y, b.z);
+  let root = mix(back, front, near.z);
   return root * root * stains.scale.w;
 }
 

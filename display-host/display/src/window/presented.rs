@@ -62,8 +62,13 @@ impl<T> Watch<T> {
         }
     }
 
-    /// Calls `each` for each picture of which the server told since the last call.
-    pub(super) fn take(&mut self, mut each: impl FnMut(T, Presented)) {
+    /// Calls `each` for each picture of which the server told since the last call. `handed_ns` is
+    /// the time at which a picture was handed over.
+    pub(super) fn take(
+        &mut self,
+        handed_ns: impl Fn(&T) -> u64,
+        mut each: impl FnMut(T, Presented),
+    ) {
         let Ok(server) = &self.server else {
             return;
         };
@@ -73,12 +78,13 @@ impl<T> Watch<T> {
                     let Some(presented) = presented(&event) else {
                         continue;
                     };
-                    if !is_this_clock(presented.at_ns, now_ns()) {
+                    let Some(picture) = self.order.told(event.serial) else {
+                        continue;
+                    };
+                    if !is_this_clock(presented.at_ns, handed_ns(&picture), now_ns()) {
                         break Err(Missing::OtherClock);
                     }
-                    if let Some(picture) = self.order.told(event.serial) {
-                        each(picture, presented);
-                    }
+                    each(picture, presented);
                 }
                 Ok(Some(_)) => {}
                 Ok(None) => break Ok(()),
@@ -240,7 +246,7 @@ mod tests {
         }
         let begun = Instant::now();
         while told.len() < 5 && begun.elapsed() < Duration::from_secs(20) {
-            watch.take(|handed_ns, it| told.push((handed_ns, it)));
+            watch.take(|it| *it, |handed_ns, it| told.push((handed_ns, it)));
             std::thread::sleep(Duration::from_millis(2));
         }
         assert_eq!(told.len(), 5);
@@ -276,7 +282,7 @@ mod tests {
         drop((ends, client));
         let begun = Instant::now();
         while watch.refused().is_none() && begun.elapsed() < Duration::from_secs(20) {
-            watch.take(|(), _| ());
+            watch.take(|()| 0, |(), _| ());
         }
         assert!(matches!(watch.refused(), Some(Missing::Refused(_))));
         assert!(matches!(ask(Some(&name), number), Err(Missing::Refused(_))));

@@ -8,10 +8,11 @@ use winit::event_loop::{ActiveEventLoop, EventLoopProxy};
 use winit::window::{CursorGrabMode, Fullscreen, WindowId};
 
 use super::canvas::Canvas;
+use super::pending::{parts, played_s};
 use super::presented::{Handed, Watch};
 use super::session::Session;
 use crate::DisplayError;
-use crate::effects::{Effects, TICK_S};
+use crate::effects::Effects;
 use crate::latency::{FrameRecord, now_ns};
 use crate::render::camera::Scope;
 use crate::render::governor::Governor;
@@ -238,8 +239,10 @@ impl Screen {
         }
         self.presented.hand(handed);
         session.note_handed(self.presented.refused());
-        self.presented
-            .take(|handed, presented| session.note_presented(&handed, presented));
+        self.presented.take(
+            |handed| handed.handed_ns,
+            |handed, presented| session.note_presented(&handed, presented),
+        );
     }
 
     /// Submits the endoscope's picture of the newest moment. Returns the picture's record, whose
@@ -255,17 +258,21 @@ impl Screen {
         // shows as much blood as the run did.
         let tick = session.moment().map_or(0, |(state, _)| state.tick);
         let before = self.drawn_tick.filter(|_| !session.ui.is_paused());
-        let mut played_s = tick.saturating_sub(before.unwrap_or(tick)) as f32 * TICK_S;
+        let before = before.unwrap_or(tick);
+        let wall_s = self.since_last_s.unwrap_or_default();
+        let mut played = played_s(before, tick, wall_s, session.most_speed());
         if session.take_reset() {
             self.renderer.effects_mut().clear();
-            played_s = 0.0;
+            played = 0.0;
         }
-        let effects = session.take_effects(played_s);
+        let effects = session.take_effects(played);
         let (state, tools) = session.moment()?;
         let tools = session.seen_tools(tools);
         let spheres = state.spheres().unwrap_or(&[]);
         self.renderer.scope_mut().is_free_eye = session.ui.is_view_free;
-        self.renderer.play(spheres, &effects, played_s);
+        for (begin, seconds) in parts(&effects, before, played) {
+            self.renderer.play(spheres, &begin, seconds);
+        }
         let cells = state.cells().unwrap_or(&[]);
         self.renderer.set_cells(&self.canvas.gpu, cells);
         let inside = session.ui.inside.then_some(Inside::VIEW);

@@ -72,10 +72,15 @@ impl Fluids {
         let Some((columns, _)) = &self.columns else {
             return true;
         };
+        if it.stands() {
+            return true;
+        }
+        // 1 on skin that faces up, and −1 on an underside.
         let level = normal.dot(self.up);
+        // An underside has its own organ above it, which covers nothing.
         if let Some((place, far_m)) = columns.nearest(at, false, surface, skin)
             && far_m < COVERED_M
-            && level < 0.9
+            && (0.0..0.9).contains(&level)
             && it.speed_m_s < 0.002
         {
             it.place = place;
@@ -153,7 +158,7 @@ impl Fluids {
             let way = chance(self.thrown) * 0.002;
             surface.walk(&mut place, way, skin);
             let share = drop.volume_m3.map(|v| v / f64::from(parts));
-            self.lie(Lying::new(place, share, drop.age_s));
+            self.lie(Lying::new(place, share, drop.age_s), skin);
         }
     }
 }

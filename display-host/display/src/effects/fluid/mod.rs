@@ -24,8 +24,8 @@
 //! of the free surface (H. E. Huppert, "Flow and instability of a viscous current down a slope",
 //! Nature 300, 1982). The slope is that of the tissue, and on level ground also that of the film
 //! itself, which evens out pools. A film whose weight does not overcome its rim's hold stands.
-//! Blood becomes more viscous with time, and stands when it has clotted. A parcel that runs over
-//! dry tissue leaves a thin film there.
+//! Blood becomes more viscous with time. Once it has clotted it stands, and drips no more. A parcel
+//! that runs over dry tissue leaves a thin film there.
 //!
 //! Where skin hangs over, a thick film at a lowest place lets go in a drop. Fluid passes to another
 //! organ at once where that organ lies close below, and comes up where another organ covers it.
@@ -41,7 +41,10 @@ mod columns;
 mod drops;
 mod field;
 mod parcel;
+mod room;
 mod surface;
+
+use core::sync::atomic::{AtomicU64, Ordering};
 
 use glam::Vec3;
 
@@ -76,7 +79,8 @@ pub struct Balance {
     pub lies_ml: [f64; 2],
     /// Falls.
     pub falls_ml: [f64; 2],
-    /// Gone: fell out of reach.
+    /// Gone: it fell out of reach, or found no skin to lie on or no room among the drops in the
+    /// air.
     pub gone_ml: [f64; 2],
 }
 
@@ -94,6 +98,8 @@ pub struct Fluids {
     gone_m3: [f64; 2],
     steps: u32,
     thrown: u32,
+    /// Number of the last change. No two changes of any fluids have the same number.
+    change: u64,
 }
 
 /// Fluid that leaves a source.
@@ -124,6 +130,7 @@ impl Fluids {
             gone_m3: [0.0; 2],
             steps: 0,
             thrown: 0,
+            change: next_change(),
         }
     }
 
@@ -136,6 +143,11 @@ impl Fluids {
     #[must_use]
     pub fn field(&self) -> Option<&Field> {
         self.field.as_ref()
+    }
+
+    /// Number of the last change of the films. Equal numbers mean equal films.
+    pub(crate) fn change(&self) -> u64 {
+        self.change
     }
 
     /// Number of parcels on the skin, and of drops in the air.
@@ -185,10 +197,11 @@ impl Fluids {
         self.came_m3[usize::from(!gush.is_leak)][slot] += gush.volume_m3;
         let place = gush.mouth.and_then(|vertex| skin.place_at(vertex));
         let (velocity, share) = gush.spurts;
-        let share = if place.is_some() {
-            f64::from(share)
-        } else {
-            1.0
+        // Where there is no skin, what does not spurt falls. It is no jet.
+        let (velocity, share) = match place {
+            Some(_) => (velocity, f64::from(share)),
+            None if share > 0.0 => (velocity, 1.0),
+            None => (Vec3::ZERO, 1.0),
         };
         let spurts = volume_m3.map(|v| v * share);
         let runs = volume_m3.map(|v| v * (1.0 - share));
@@ -208,7 +221,7 @@ impl Fluids {
             if let Some(surface) = &mut self.surface {
                 surface.walk(&mut place, chance(self.thrown) * MOUTH_M, skin);
             }
-            self.lie(Lying::new(place, runs, 0.0));
+            self.lie(Lying::new(place, runs, 0.0), skin);
         }
     }
 
@@ -223,14 +236,6 @@ impl Fluids {
         }
     }
 
-    fn lie(&mut self, parcel: Lying) {
-        if self.lying.len() < LYING {
-            self.lying.push(parcel);
-        } else if let Some(last) = self.lying.last_mut() {
-            merge(last, &parcel);
-        }
-    }
-
     /// Prepares for steps at this moment of the skin.
     pub(super) fn begin_moment(&mut self, skin: &Skin<'_>) {
         let fits = self.surface.as_ref().is_some_and(|it| it.fits(skin));
@@ -238,6 +243,7 @@ impl Fluids {
             surface.begin_moment();
         } else {
             self.surface = None;
+            self.lay_anew(skin);
         }
     }
 
@@ -258,6 +264,7 @@ impl Fluids {
     /// Sums up the parcels in the field.
     fn spread(&mut self, skin: &Skin<'_>) {
         let Some(field) = &mut self.field else { return };
+        self.change = next_change();
         field.clear();
         for it in &self.lying {
             let at = Surface::at_rest(&it.place, skin);
@@ -286,7 +293,7 @@ impl Fluids {
         }
         self.lying = left;
         for mark in marks {
-            self.lie(mark);
+            self.lie(mark, skin);
         }
         self.field = Some(field);
         if self.lying.len() > LYING * 7 / 8 {
@@ -305,37 +312,12 @@ impl Fluids {
             }
         }
     }
-
-    /// Joins parcels that lie in one small cube of the tissue at rest.
-    fn thin_out(&mut self, skin: &Skin<'_>) {
-        let cube = |it: &Lying| {
-            let at = Surface::at_rest(&it.place, skin) / 0.001_6;
-            at.floor().to_array().map(|v| v as i32)
-        };
-        let mut keyed: Vec<_> = self.lying.drain(..).map(|it| (cube(&it), it)).collect();
-        keyed.sort_by_key(|(key, _)| *key);
-        let mut last_key = None;
-        for (key, it) in keyed {
-            match self.lying.last_mut() {
-                Some(last) if last_key == Some(key) => merge(last, &it),
-                _ => self.lying.push(it),
-            }
-            last_key = Some(key);
-        }
-    }
 }
 
-/// Adds a parcel to another, which keeps its place if it is larger.
-fn merge(into: &mut Lying, other: &Lying) {
-    let (a, b) = (into.total_m3(), other.total_m3());
-    let share = (b / (a + b).max(1e-18)) as f32;
-    if b > a {
-        into.place = other.place;
-    }
-    into.age_s += (other.age_s - into.age_s) * share;
-    for (sum, volume) in into.volume_m3.iter_mut().zip(other.volume_m3) {
-        *sum += volume;
-    }
+/// A number that no change had before.
+fn next_change() -> u64 {
+    static LAST: AtomicU64 = AtomicU64::new(0);
+    LAST.fetch_add(1, Ordering::Relaxed)
 }
 
 #[cfg(test)]

@@ -80,6 +80,11 @@ impl Lying {
         self.volume_m3[0] + self.volume_m3[1]
     }
 
+    /// True for blood that has clotted: it neither runs nor drips any more.
+    pub(super) fn stands(&self) -> bool {
+        self.age_s >= CLOTS_S && self.volume_m3[0] >= self.volume_m3[1]
+    }
+
     fn viscosity_pa_s(&self) -> f32 {
         let blood = (self.volume_m3[0] / self.total_m3().max(1e-18)) as f32;
         let fresh = BILE_PA_S + (BLOOD_PA_S - BILE_PA_S) * blood;
@@ -125,7 +130,10 @@ impl Lying {
         let [a, b, c] = surface.corners(self.place.triangle, skin);
         let normal = (b - a).cross(c - a).normalize_or(up);
         let slope = surface.carried(self.place.triangle, slope, skin);
-        let velocity = self.velocity(up, normal, thick_m, slope);
+        let velocity = match self.stands() {
+            true => Vec3::ZERO,
+            false => self.velocity(up, normal, thick_m, slope),
+        };
         let before = self.place;
         let came_m = surface.walk(&mut self.place, velocity * step_s, skin);
         self.speed_m_s = came_m / step_s;

@@ -165,6 +165,160 @@ fn what_drips_off_one_organ_lies_on_the_next() {
     assert!(effects.fluids().balance().gone_ml[0] <= 0.0);
 }
 
+/// A closed tube along x of this radius, m, 20 mm long, around a place.
+fn add_tube(mesh: &mut SkinMesh, middle: Vec3, radius_m: f32) {
+    use bytemuck::Zeroable;
+    const ROUND: u32 = 12;
+    const LONG: u32 = 20;
+    let vertex = |normal: Vec3, along: f32, off: f32| RestVertex {
+        position: (middle + Vec3::X * along + normal * off).to_array(),
+        normal: normal.to_array(),
+        ..Zeroable::zeroed()
+    };
+    let mut vertices = Vec::new();
+    for i in 0..=LONG {
+        for k in 0..ROUND {
+            let (sin, cos) = (k as f32 / ROUND as f32 * core::f32::consts::TAU).sin_cos();
+            let normal = Vec3::new(0.0, sin, cos);
+            vertices.push(vertex(normal, (i as f32 - 10.0) * 0.001, radius_m));
+        }
+    }
+    vertices.push(vertex(Vec3::NEG_X, -0.01, 0.0));
+    vertices.push(vertex(Vec3::X, 0.01, 0.0));
+    let at = |i: u32, k: u32| i * ROUND + k % ROUND;
+    let mut triangles = Vec::new();
+    for k in 0..ROUND {
+        for i in 0..LONG {
+            let [a, b, c, d] = [at(i, k), at(i, k + 1), at(i + 1, k), at(i + 1, k + 1)];
+            triangles.extend([[a, b, c], [b, d, c]]);
+        }
+        let ends = (LONG + 1) * ROUND;
+        triangles.push([ends, at(0, k + 1), at(0, k)]);
+        triangles.push([ends + 1, at(LONG, k), at(LONG, k + 1)]);
+    }
+    // Outward all round.
+    for triangle in &mut triangles {
+        let [a, b, c] = triangle.map(|v| Vec3::from(vertices[v as usize].position));
+        let out = (a + b + c) / 3.0 - middle;
+        if (b - a).cross(c - a).dot(out) < 0.0 {
+            triangle.swap(1, 2);
+        }
+    }
+    mesh.add_fixed(&vertices, &triangles);
+}
+
+#[test]
+fn blood_on_a_thin_tube_runs_round_it_and_drips() {
+    let mut mesh = SkinMesh::default();
+    let middle = Vec3::Y * 0.02;
+    add_tube(&mut mesh, middle, 0.001);
+    add_sheet(&mut mesh, Vec3::ZERO, 0.08, 0.0);
+    let top = leak(middle + Vec3::Y * 0.001, 10.0, false);
+    let effects = played(&mut mesh, &[top], 12.0, 0.05);
+    let skin = Skin::new(&mesh, &[], &[], &[]);
+    let mut surface = Surface::of(&skin);
+    surface.begin_moment();
+    let fluids = effects.fluids();
+    let below = fluids.lying.iter();
+    let below = below.filter(|it| surface.position(&it.place, &skin).y < 0.01);
+    let below_ml = 1e6 * below.map(Lying::total_m3).sum::<f64>();
+    assert!(below_ml > 1.7, "{below_ml} of 2 ml on the sheet");
+    assert!(is_balanced(fluids));
+}
+
+#[test]
+fn what_hangs_under_a_thin_tube_stays_there() {
+    let mut mesh = SkinMesh::default();
+    add_tube(&mut mesh, Vec3::ZERO, 0.001);
+    let skin = Skin::new(&mesh, &[], &[], &[]);
+    let lowest = (0..mesh.vertices.len())
+        .min_by(|a, b| skin.at_rest(*a).y.total_cmp(&skin.at_rest(*b).y))
+        .unwrap();
+    let (triangle, weights) = skin.place_at(lowest).unwrap();
+    let mut fluids = Fluids::new(Vec3::Y);
+    fluids.field = Some(Field::around(Vec3::ZERO));
+    // Too little for a drop.
+    let place = Place { triangle, weights };
+    fluids.lie(Lying::new(place, [1e-9, 0.0], 0.0), &skin);
+    for _ in 0..30 {
+        fluids.begin_moment(&skin);
+        fluids.step(0.033, &skin);
+        assert!(fluids.places(&skin).iter().all(|at| at.y < 0.0));
+    }
+    assert_eq!(fluids.counts(), [1, 0]);
+}
+
+#[test]
+fn too_many_parcels_join_near_each_other() {
+    let mut mesh = SkinMesh::default();
+    add_sheet(&mut mesh, Vec3::ZERO, 0.2, 0.0);
+    let skin = Skin::new(&mesh, &[], &[], &[]);
+    let mut fluids = Fluids::new(Vec3::Y);
+    let triangles = skin.triangles().len() as u32;
+    for number in 0..3 * LYING as u32 {
+        let weights = [[0.8, 0.1, 0.1], [0.1, 0.8, 0.1], [0.1, 0.1, 0.8]];
+        let place = Place {
+            triangle: number.wrapping_mul(7919) % triangles,
+            weights: weights[number as usize % 3],
+        };
+        fluids.lie(Lying::new(place, [1e-9, 0.0], 0.0), &skin);
+    }
+    assert!(fluids.lying.len() <= LYING);
+    let came_ml = 3e-3 * LYING as f64;
+    assert!((fluids.balance().lies_ml[0] - came_ml).abs() < 1e-9);
+    // None of them took in what came from everywhere.
+    let most = fluids.lying.iter().map(Lying::total_m3).fold(0.0, f64::max);
+    assert!(most < 40e-9, "{most} m³ at one place");
+}
+
+#[test]
+fn fluid_on_skin_that_a_cut_hides_lies_on_the_skin_beside() {
+    let mut mesh = SkinMesh::default();
+    add_sheet(&mut mesh, Vec3::ZERO, 0.08, 0.0);
+    let effects = played(&mut mesh, &[leak(Vec3::ZERO, 8.0, false)], 1.0, 0.05);
+    let mut cut = effects;
+    let hidden = |t: &[u32; 3], mesh: &SkinMesh| {
+        t.iter()
+            .all(|v| mesh.vertices[*v as usize].position[0].abs() < 0.003)
+    };
+    let gone: Vec<usize> = (0..mesh.triangles.len())
+        .filter(|k| hidden(&mesh.triangles[*k], &mesh))
+        .collect();
+    for k in &gone {
+        mesh.triangles[*k] = [mesh.triangles[*k][0]; 3];
+    }
+    cut.skin_changed();
+    let spheres = sphere_at_rest(&mut mesh);
+    let skin = Skin::new(&mesh, &spheres.0, &spheres.1, &[]);
+    cut.advance(0.5, &skin);
+    assert!(is_balanced(cut.fluids()));
+    let is_hidden = |it: &Lying| gone.contains(&(it.place.triangle as usize));
+    assert!(!cut.fluids().lying.iter().any(is_hidden));
+    assert!(cut.fluids().balance().lies_ml[0] > 0.1);
+}
+
+#[test]
+fn clotted_blood_stands_on_a_slope_and_under_a_ceiling() {
+    for slope in [1.0, 1e3] {
+        let mut mesh = SkinMesh::default();
+        add_sheet(&mut mesh, Vec3::ZERO, 0.03, slope);
+        let skin = Skin::new(&mesh, &[], &[], &[]);
+        let mut fluids = Fluids::new(Vec3::Y);
+        fluids.field = Some(Field::around(Vec3::ZERO));
+        let place = Place {
+            triangle: skin.triangles().len() as u32 / 2,
+            weights: [0.3, 0.3, 0.4],
+        };
+        fluids.lie(Lying::new(place, [2e-8, 0.0], 600.0), &skin);
+        for _ in 0..30 {
+            fluids.begin_moment(&skin);
+            fluids.step(0.033, &skin);
+        }
+        assert_eq!(fluids.counts(), [1, 0]);
+        assert_eq!(fluids.lying[0].place, place);
+    }
+}
+
 #[test]
 fn the_same_leak_gives_the_same_fluid_at_any_frame_rate() {
     let run = |frame_s| {

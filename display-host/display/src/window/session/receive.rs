@@ -89,7 +89,7 @@ impl Session {
                 }
             }
             if let Some(effect) = causes.event(event).filter(|_| ui.link == Link::Live) {
-                pending.push(now, effect);
+                pending.push(now, event.tick, effect);
             }
             observer(Observed::Event(event));
         });
