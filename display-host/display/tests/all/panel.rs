@@ -629,9 +629,9 @@ fn an_instructor_acts_by_button_text_and_a_click_on_the_picture() {
     assert_eq!(text(&panel), "");
     let field = panel.get_by_role_and_label(Role::TextInput, "Remark for the debrief");
     field.focus();
-    field.type_text(&"\u{927}".repeat(100));
+    field.type_text(&"ä".repeat(100));
     panel.run();
-    assert_eq!(text(&panel).len(), 174, "58 letters of three bytes");
+    assert_eq!(text(&panel).len(), 176, "88 letters of two bytes");
     panel.get_by_label("Endoscope picture").click();
     panel.run();
     let [Asked::Point(at)] = panel.state().asked[..] else {
@@ -664,7 +664,7 @@ fn a_trainee_is_told_that_the_instructor_acts() {
     });
     panel.run();
     panel.get_by_label("Instructor");
-    panel.get_by_label("Started a bleeding");
+    panel.get_by_label("Made a vessel bleed");
 }
 
 #[test]
