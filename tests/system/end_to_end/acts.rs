@@ -124,7 +124,11 @@ fn film(session: &std::path::Path, folder: &std::path::Path) {
     assert!(film.starts_with(&[0x1a, 0x45, 0xdf, 0xa3]), "Matroska");
     let beyond = folder.join("beyond.mkv");
     let mut command = calot();
-    command.arg("replay").arg(session).arg("--video").arg(&beyond);
+    command
+        .arg("replay")
+        .arg(session)
+        .arg("--video")
+        .arg(&beyond);
     let output = finish(command.args(["--from", "3000", "--size", "96x64"]));
     assert_eq!(output.status.code(), Some(1));
     let told = said(&output);
