@@ -10,14 +10,14 @@ pub struct Act {
     pub at_s: f64,
     /// Time since the recording began, s, at which a replay shows the act.
     pub session_s: f64,
-    /// Its name: `point`, `pause`, `resume`, `remark`, `fog`, `bleeding` or `slipped_clip`.
+    /// Kind of the act: `point`, `pause`, `resume`, `remark`, `fog`, `bleeding` or `slipped_clip`.
     pub kind: String,
     /// The remark; `null` for other acts.
     pub remark: Option<String>,
 }
 
 impl Act {
-    /// The act of a session; `None` if this program does not know its kind.
+    /// An act that a session recorded; `None` if this program does not know its kind.
     pub(crate) fn of(at_s: f64, session_s: f64, act: &ActMsg) -> Option<Self> {
         let kind = act.kind().ok()?;
         let remark = act.text().filter(|_| kind == ActKind::Remark);
@@ -29,7 +29,7 @@ impl Act {
         })
     }
 
-    /// Id of the message that tells the act.
+    /// Id of the message that names the act to a reader.
     #[must_use]
     pub fn message(&self) -> String {
         format!("act-{}", self.kind.replace('_', "-"))

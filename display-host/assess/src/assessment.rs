@@ -1,5 +1,5 @@
-//! Assessment of an operation. It takes the entries that the session records, one after the other,
-//! and gives a status at any time and a result at the end.
+//! Assessment of an operation. It takes the recorded entries of the session one after the other. It
+//! gives a status at any time, and a result at the end.
 
 use session::identity::Seen;
 use session::{Entry, EntryContent, Movement};
@@ -24,7 +24,7 @@ use crate::view::Cvs;
 pub const VERSION: u32 = 9;
 /// Least task number in `CommandMsg::START` at which the controller has cleared the triangle.
 const START_CLAMP: u8 = 2;
-/// Largest number of alarms that are kept. The same limit holds for moments.
+/// Largest number of alarms that are kept. The same limit holds for moments and for acts.
 const KEPT_MAX: usize = 5000;
 /// Least distance between neighbouring points of a path that is kept for pictures, m.
 const PATH_STEP_M: f64 = 2e-3;
@@ -55,7 +55,8 @@ pub struct Hands {
     pub shaft: [f64; 3],
 }
 
-/// A path for pictures: x, y, z in the world frame, m, and the time since the first movement, s.
+/// A path for pictures. Each point has x, y and z in the world frame, m, and the time since the
+/// first movement, s.
 pub type Path = Vec<[f32; 4]>;
 
 /// Present status of a task.
@@ -115,15 +116,15 @@ pub struct Assessed {
     pub cvs: Option<Cvs>,
     /// All metrics; `null` where a metric has no value.
     pub metrics: Values,
-    /// Time of contact of the instrument in each bin of force, s. A bin is [`crate::BIN_N`] wide,
-    /// and the first begins at 0 N.
+    /// Time for which the instrument touched with a force in each bin, s. A bin is [`crate::BIN_N`]
+    /// wide. The first begins at 0 N.
     pub force_histogram_s: Vec<f64>,
     /// Events for the time line.
     pub moments: Vec<Moment>,
     /// Paths of instrument and endoscope.
     #[serde(skip)]
     pub paths: [Path; 2],
-    /// Hands at the moment of each alarm, as far as they were known.
+    /// Hands at the moment of each alarm; `None` before their first movement.
     #[serde(skip)]
     pub hands: Vec<Option<Hands>>,
 }
@@ -189,7 +190,7 @@ impl Assessment {
     /// Takes the next entry. Entries after the end of the task change nothing.
     pub fn take(&mut self, entry: &Entry) {
         let first_ns = *self.first_ns.get_or_insert(entry.at_ns);
-        // A remark may follow the decision.
+        // Acts are kept even after the outcome is decided: a remark may follow it.
         if let EntryContent::Act(act) = &entry.what {
             let session_s = entry.at_ns.saturating_sub(first_ns) as f64 * 1e-9;
             if self.acts.len() < KEPT_MAX {
@@ -282,7 +283,7 @@ impl Assessment {
     }
 
     fn event(&mut self, session_s: f64, event: &EventMsg) {
-        // A number below the expected one comes from another controller, and counts as no loss.
+        // A number below the expected one comes from another controller. It counts as no loss.
         let expected = self.next_event.unwrap_or(event.sequence);
         let lost = event.sequence.saturating_sub(expected);
         self.lost_events = self.lost_events.saturating_add(lost);

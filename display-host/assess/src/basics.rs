@@ -19,15 +19,16 @@ use crate::vector::{axis, distance, dot, off_sight, wide};
 const HELD: OrganKind = OrganKind::Gallbladder;
 /// Organs that may be clipped here.
 const CLIPPED: [OrganKind; 2] = [OrganKind::CysticDuct, OrganKind::CysticArtery];
-/// Distance between lens and tip that counts as together, m.
+/// Distances between lens and tip, m, at which the tip counts as in front of the lens.
 const TOGETHER_M: core::ops::RangeInclusive<f64> = 0.01..=0.12;
-/// Largest angle between the line of sight and the tip that counts as the middle, as a share of the
-/// view's half angle.
+/// The tip is in the middle of the picture up to this angle from the line of sight, stated as a
+/// share of the view's half angle.
 const MIDDLE: f64 = 0.5;
-/// Heat that coagulates a strand, J: 0.1 J bring 1 mm³ to 63 °C, so this is a strand of 5 mm³.
+/// Heat that coagulates a strand of 5 mm³, J: 0.1 J heats 1 mm³ to 63 °C.
 const STRAND_J: f64 = 0.5;
-/// Displacement, m, and turn, rad, of the camera; one of them suffices to count as led. The organ
-/// is in view at the start, and the first step must not end without a movement.
+/// Least displacement, m, and least turn, rad, of the camera. Either is enough to show that the
+/// trainee led it. The organ is in view at the start, and the first step must not end without a
+/// movement.
 const LED: [f64; 2] = [0.01, 0.09];
 /// Number of steps.
 const STEPS: usize = 5;
@@ -35,12 +36,13 @@ const STEPS: usize = 5;
 /// Progress of the first steps.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Basics {
+    /// Number of steps that are done.
     done: usize,
     /// Pose of the camera at the start.
     began: Option<PoseMsg>,
-    /// True once the camera was led.
+    /// True once the trainee has led the camera far enough.
     is_led: bool,
-    /// Hold of the organ that the camera shows.
+    /// Time for which the camera has held the organ in view.
     timer: Timer,
     /// Time for which the tip has been in the middle of the picture, s.
     held_s: f64,
@@ -69,7 +71,7 @@ impl Basics {
         }
     }
 
-    /// Takes an identity image, and how the picture was held since the last one.
+    /// Takes an identity image, and the movement of the picture since the last identity image.
     pub(crate) fn look(
         &mut self,
         seen: &Seen,
@@ -93,7 +95,7 @@ impl Basics {
         }
     }
 
-    /// The hold of the first step.
+    /// The running hold of the first step.
     pub(crate) fn hold(&self, look_s: f64) -> Hold {
         self.timer.hold(look_s)
     }

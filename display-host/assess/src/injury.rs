@@ -1,8 +1,8 @@
-//! Injuries: structures that the trainee opened, or burnt more than their wall survives.
+//! Injuries: structures that the trainee opened, or whose wall took more heat than it survives.
 //!
-//! A tube is opened when it is divided, by scissors, current or traction, or when its wall is burnt
-//! through or half of it is torn, cut or burnt. Less heat coagulates a wall and does not open it: 1
-//! J brings 10 mm³ to 63 °C.
+//! Scissors, current or traction open a tube. It counts as opened if it is divided, if its wall is
+//! burnt through, or if half of the wall is torn, cut or burnt. Less heat only coagulates the wall.
+//! For scale: 1 J heats 10 mm³ of tissue to 63 °C.
 
 use core::fmt;
 
@@ -81,7 +81,7 @@ pub struct Injury {
     pub organ: String,
     /// True if the injury ends the task.
     pub ends_task: bool,
-    /// Origin of the rule.
+    /// Source on which the rule is based.
     pub source: String,
 }
 
@@ -91,14 +91,16 @@ pub(crate) struct InjuryRule {
     pub(crate) organ: OrganKind,
     /// Severity of an opened structure.
     pub(crate) open: Severity,
-    /// Heat without a hole that counts as an injury, J; infinite without a limit.
+    /// Heat, J, at which a wall without a hole counts as injured. It is infinite if the rule has no
+    /// limit.
     pub(crate) burn_j: f64,
     pub(crate) source: String,
 }
 
-/// Injuries of a running task, each organ at most once with each kind.
+/// Injuries of a running task. An organ has at most one injury of each kind.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Injuries {
+    /// Index of the organ, and the injury.
     found: Vec<(u32, Injury)>,
     /// Heat that each organ has taken, J.
     heat_j: Vec<(u32, f64)>,
@@ -157,6 +159,7 @@ impl Injuries {
         }
     }
 
+    /// Keeps an injury, unless the organ already has one of its kind.
     fn note(&mut self, index: u32, injury: Injury) {
         let mut found = self.found.iter();
         if !found.any(|(organ, it)| *organ == index && it.kind == injury.kind) {

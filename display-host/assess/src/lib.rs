@@ -1,6 +1,6 @@
-//! Assessment of a trainee: tasks, metrics, score. It reads only the entries that a session records
-//! of an operation ([`session::Entry`]). So the assessment of a recording gives the same numbers as
-//! that of the running operation, bit for bit.
+//! Assessment of a trainee: tasks, metrics, score. Its only input about an operation is the entries
+//! that the session records ([`session::Entry`]). So the assessment of a recording gives the same
+//! numbers as that of the running operation, bit for bit.
 //!
 //! ```text
 //! session::Entry ─► Assessment ─┬─ Tally      metrics (definitions: metrics/definition.rs)
@@ -21,13 +21,13 @@
 //! pass rules, forbidden structures and flows (`rules.toml`, or `--rules`). The session keeps a
 //! copy of that file.
 //!
-//! When a vessel is divided, the controller reports how far clips leave its worse side open. The
-//! vessel counts as divided unclamped if that side is not closed, if it had too few clips, or if it
-//! leaks. The critical view of safety is achieved when enough of each region's cells is removed
-//! (`CellRecord::region`), and shown when the endoscope held it in its picture from both sides. The
-//! recorder measures the picture in identity images ([`session::identity`]), so that the assessment
-//! needs no graphics card. An identity image shows the organs where they lay at its time, and the
-//! instrument among them.
+//! When a vessel is divided, clips may leave part of a side open. The controller reports the open
+//! share of the worse side. The vessel counts as divided unclamped if that side is not closed, if
+//! it had too few clips, or if it leaks. The critical view of safety is achieved when enough of
+//! each region's cells is removed (`CellRecord::region`), and shown when the endoscope held it in
+//! its picture from both sides. The recorder measures the picture in identity images
+//! ([`session::identity`]), so that the assessment needs no graphics card. An identity image shows
+//! the organs where they lay at its time, and the instrument among them.
 //!
 //! The display's panel gets each alarm, the score and the end of the task as a `TaskView`. A
 //! `TaskView` names steps and reasons by their kind, so the display needs no rules.

@@ -30,7 +30,7 @@ const VESSELS: [(OrganKind, &str); 2] = [
     (OrganKind::CysticArtery, "cystic artery"),
 ];
 
-/// Task number in `CommandMsg::START` at which no suture is placed: the trainee places them.
+/// Task number in `CommandMsg::START` at which the trainee places the sutures.
 const START_HANG: u8 = 0;
 /// Least task number at which the controller has clipped both vessels.
 const START_CUT: u8 = 3;
@@ -59,8 +59,7 @@ pub(crate) struct Procedure {
     touches_wrong: u32,
     burns_wrong: u32,
     burn_wrong_j: f64,
-    /// Index of each protected organ, and the heat that it has taken since its last counted burn,
-    /// J.
+    /// Index of each protected organ that took heat, and its heat since its last counted burn, J.
     warmed_j: Vec<(u32, f64)>,
     cuts_wrong: u32,
     unclamped: [bool; 2],
@@ -239,7 +238,7 @@ impl Procedure {
                 None if is_target(kind) => {}
                 None => say(AlarmKind::ClipMisplaced),
             },
-            // An instructor did it, so it is no error. What follows from it is no error either.
+            // An instructor did it, so it is no error. Its consequences are no errors either.
             Ok(Event::Opened { .. } | Event::Unclipped { .. }) => {
                 if let Some(vessel) = vessel.and_then(|which| self.vessels.get_mut(which)) {
                     vessel.complicate(&event.decode());
@@ -306,9 +305,9 @@ impl Procedure {
         wrong
     }
 
-    /// Notes an injury that an event shows. The event of a torn or cut suture or band names an
-    /// organ that the suture or band holds, so tears and cuts tell nothing here. The division of a
-    /// tube has an event of its own.
+    /// Notes an injury that an event shows. A torn or cut suture or band has the event of a tear or
+    /// cut, and the event names an organ that it holds. So these events are left out. The division
+    /// of a tube has an event of its own.
     fn find_injury(&mut self, at_s: f64, event: &EventMsg, anatomy: &Anatomy, rules: &Rules) {
         self.means.event(at_s, event);
         let kind = anatomy.kind(event.organ);
@@ -365,7 +364,7 @@ impl Procedure {
         is_burnt
     }
 
-    /// Returns true if no quiet time of this alarm at this organ is running. Each call begins the
+    /// Returns true if this alarm at this organ is not in its quiet time. Each call begins the
     /// quiet time anew.
     fn is_new(&mut self, kind: AlarmKind, organ: u32, at_s: f64, rules: &Rules) -> bool {
         let until_s = at_s + rules.quiet_s;

@@ -37,9 +37,9 @@ pub struct Rules {
     touch: Vec<OrganKind>,
     burn: Vec<OrganKind>,
     pub(crate) quiet_s: f64,
-    /// Heat from which on a structure counts as burnt, J.
+    /// Least heat of a structure that counts as burnt, J.
     pub(crate) burn_j: f64,
-    /// Force from which on a touch counts, N; 0: any touch.
+    /// Least force of a touch that counts, N; 0: any touch.
     touch_n: f64,
     pub(crate) done: Done,
     /// Rule for the critical view; `None`: it need not be shown.
@@ -48,7 +48,7 @@ pub struct Rules {
     flow_ml_min: Vec<(OrganKind, f64)>,
     injuries: Vec<InjuryRule>,
     penalties: Vec<Penalty>,
-    /// Pass rules that an exam has besides its task's.
+    /// Pass rules of an exam, in addition to those of its task.
     exam: Vec<Condition>,
     tasks: BTreeMap<&'static str, TaskRules>,
     references: Vec<Reference>,

@@ -1,7 +1,7 @@
-//! The endoscope drill: organs to be shown, one after the other, and held. An organ counts as shown
-//! if enough of it is in the picture and not hidden, and if it is large enough and near the middle.
-//! Identity images of the recording ([`session::identity`]) measure this. While the organ is held,
-//! the picture must not sway, and its horizon must be level.
+//! The endoscope drill. The trainee shows organs one after the other, and holds each in the
+//! picture. An organ counts as shown if enough of it is in the picture and not hidden, and if it is
+//! large enough and near the middle. Identity images of the recording ([`session::identity`])
+//! measure this. While the organ is held, the picture must not sway, and its horizon must be level.
 
 use session::identity::{OrganSeen, Seen};
 use shared_mem::scene::OrganKind;
@@ -90,8 +90,8 @@ impl ScopeDrill {
     }
 }
 
-/// Fault of an organ's picture. An organ that fills enough of the picture may be partly outside or
-/// hidden.
+/// First fault of an organ's picture; `None` if it has none. An organ that fills enough of the
+/// picture may be partly outside or hidden.
 pub(crate) fn lack(organ: &OrganSeen, rule: &ShowRule) -> Option<Lack> {
     let is_large = organ.size() >= rule.large;
     [

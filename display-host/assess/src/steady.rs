@@ -5,8 +5,8 @@ use session::Movement;
 use crate::tally::Sight;
 use crate::vector::{Vec3, axis, dot, sub, wide};
 
-/// Distance before the lens at which the sway of the picture is measured, m: a usual distance of
-/// work, from which a picture of 70° is 14 cm wide.
+/// Distance before the lens at which the sway of the picture is measured, m. It is a usual working
+/// distance, at which a picture of 70° is 14 cm wide.
 const WORK_M: f64 = 0.1;
 
 /// Movement of the picture since the last identity image.

@@ -1,4 +1,4 @@
-//! Steps, hints and reasons for the end of a task, each as a kind with values. `Display` gives the
+//! Steps, hints, and reasons for the end of a task. Each is a kind with values. `Display` gives the
 //! plain English of reports and JSON. The user interface has texts of its own.
 
 use core::fmt;
@@ -195,7 +195,7 @@ pub enum Reason {
         /// The limit, s.
         seconds: f64,
     },
-    /// A value is below a pass rule.
+    /// A value is below the least value of a pass rule.
     TooLittle {
         /// The metric; `None`: the score.
         metric: Option<Metric>,
@@ -204,7 +204,7 @@ pub enum Reason {
         /// Least value allowed.
         limit: f64,
     },
-    /// A value is above a pass rule.
+    /// A value is above the largest value of a pass rule.
     TooMuch {
         /// The metric; `None`: the score.
         metric: Option<Metric>,

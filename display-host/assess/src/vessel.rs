@@ -72,8 +72,8 @@ impl Vessel {
         self.given + self.clips.len()
     }
 
-    /// Records a division. `is_closed` is true if clips close both sides. It is `None` for a tear,
-    /// after which a later event tells.
+    /// Records a division. `is_closed` is true if clips close both sides. It is `None` for a tear:
+    /// the later event of the division states it.
     pub(crate) fn divide(&mut self, at_s: f64, is_closed: Option<bool>) {
         let clips = self.clips();
         let (_, clips) = *self.divided.get_or_insert((at_s, clips));

@@ -1,5 +1,5 @@
-//! The critical view of safety: shown and held from both sides of the triangle, and judged by the
-//! identity images of the recording ([`session::identity`]).
+//! The critical view of safety. The trainee shows and holds it from both sides of the triangle. The
+//! identity images of the recording judge it ([`session::identity`]).
 //!
 //! | criterion (Strasberg) | visible share |
 //! |---|---|
@@ -7,7 +7,8 @@
 //! | 2 lower bed | volume of the lower bed's cells that are gone, and whose place nothing hides |
 //! | 3 two structures | the smaller of the visible shares of cystic duct and cystic artery |
 //!
-//! The model's truth stands beside each view: what is removed, and which vessels are whole.
+//! Each view also has the model's truth: the shares of tissue that are removed, and of vessels that
+//! are whole.
 
 use session::identity::Seen;
 
@@ -65,7 +66,8 @@ pub struct Shown {
     /// Visible share of each criterion.
     #[serde(flatten)]
     pub seen: Shares,
-    /// The model's truth at this moment: shares of tissue removed, and of the two vessels whole.
+    /// The model's truth at this moment: removed shares of tissue, and the share of the two vessels
+    /// that is whole.
     pub truth: Shares,
     /// True if the view was held as long as the rules ask.
     pub held: bool,
@@ -207,7 +209,7 @@ fn shares(seen: &Seen, anatomy: &Anatomy) -> Shares {
     }
 }
 
-/// Fault of a view from this side.
+/// First fault of a view from this side; `None` if it has none.
 fn lack(side: ViewSide, side_deg: f64, shares: &Shares, rule: &ViewRule) -> Option<Lack> {
     let (towards_deg, least) = match side {
         ViewSide::Front => (side_deg, &rule.front),

@@ -51,7 +51,7 @@ impl Album {
     }
 
     /// Advances the effects by `seconds` up to this moment: smoke drifts, blood runs. `events` are
-    /// those of this time.
+    /// the events in these seconds.
     pub fn pass(
         &mut self,
         state: &StateFrame,
@@ -72,7 +72,7 @@ impl Album {
         self.renderer.play(spheres, &begin, seconds);
     }
 
-    /// Clears all effects, for use when the organs were reset.
+    /// Clears all effects. Call it when the organs were reset.
     pub fn clear(&mut self) {
         self.renderer.effects_mut().clear();
     }
@@ -83,8 +83,8 @@ impl Album {
         self.renderer.exposure_mut().adapt = 1.0 - (-seconds / EXPOSURE_S).exp();
     }
 
-    /// Takes the endoscope with this angle between its view and its shaft, and this turn of the
-    /// view about the shaft, rad.
+    /// Takes another endoscope. `angle` is the angle between its view and its shaft, `turned` the
+    /// turn of the view about the shaft, rad.
     pub fn look(&mut self, [angle, turned]: [f32; 2]) {
         let scope = self.renderer.scope_mut();
         (scope.angle, scope.turned) = (angle, turned);

@@ -16,12 +16,12 @@ const COLOURS: usize = 128;
 /// Largest change of a channel (0 to 255) at which a pixel counts as unchanged. Film grain changes
 /// less.
 const SAME: u8 = 12;
-/// The palette is made from every `SAMPLE`-th pixel of up to `MANY` pictures. Twice as many
-/// pictures are sampled half as densely.
+/// Distance of the pixels from which the palette is made, pixels. For more than [`MANY`] pictures
+/// the distance is a multiple of this, so the number of samples hardly grows.
 const SAMPLE: usize = 7;
-/// Number of pictures above which they are sampled more rarely.
+/// Number of pictures above which the samples are farther apart.
 const MANY: usize = 64;
-/// Number of samples needed for good colours.
+/// Number of samples that good colours need.
 const LEAST: usize = 100_000;
 /// Label of the GIF extension block that holds a comment.
 const COMMENT: u8 = 0xfe;
@@ -81,8 +81,8 @@ struct Animation<'a> {
     encoder: Encoder<BufWriter<File>>,
     size: [u16; 2],
     colours: &'a Colours,
-    /// The picture that the frames so far add up to, in colours before the reduction to the
-    /// palette.
+    /// The picture that a viewer sees after the frames so far. Its colours are those before the
+    /// reduction to the palette.
     shown: Vec<[u8; 3]>,
 }
 
@@ -153,7 +153,7 @@ struct Colours {
 }
 
 impl Colours {
-    /// Makes the palette from samples of red, green, blue and 255.
+    /// Makes the palette from samples. Each sample has four bytes: red, green, blue and 255.
     fn of(samples: &[u8]) -> Self {
         let quantiser = NeuQuant::new(10, COLOURS, samples);
         let mut palette = quantiser.color_map_rgb();

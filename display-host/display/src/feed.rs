@@ -81,8 +81,9 @@ impl Feed {
         self.tools.as_deref()
     }
 
-    /// Identity of another scene, if the controller runs one: that of the newest refused frame. It
-    /// is `None` again after a valid state of this scene; a valid tool frame does not suffice.
+    /// Identity of another scene, if the controller runs one. It comes from the newest refused
+    /// frame. It is `None` again after a valid state of this scene; a valid tool frame does not
+    /// suffice.
     #[must_use]
     pub fn other_scene_id(&self) -> Option<[u8; 16]> {
         self.other_scene_id

@@ -24,8 +24,8 @@ use crate::ui::TaskView;
 const POLL: Duration = Duration::from_millis(2);
 /// Least depth of the tip below the skin at rest at which `deepest_press.png` is drawn, m.
 const PRESS_MIN_M: f32 = 0.001;
-/// A press that is shallower than the deepest one by less than this counts as equally deep, m. The
-/// last of equally deep moments is drawn, because by then the tissue has settled.
+/// Difference of depth below which two presses count as equally deep, m. The last of equally deep
+/// moments is drawn, because by then the tissue has settled.
 const PRESS_SAME_M: f32 = 0.0005;
 /// Largest number of pictures. A state waits in memory (75 kB) until its picture is drawn.
 const FRAMES_MAX: u32 = 4096;
@@ -44,9 +44,9 @@ pub struct HeadlessConfig {
     pub out_dir: PathBuf,
     /// Pixels; `None`: 1280×720 on a GPU, 640×480 on a software driver.
     pub size: Option<[u32; 2]>,
-    /// Number of pictures, spread evenly over the run: `frame_0000.png`, …. In addition
-    /// `deepest_press.png`, `before_press.png` (the same view of the untouched tissue) and
-    /// `grasp.png` are saved if they occur. 0: no pictures at all.
+    /// Number of pictures, spread evenly over the run: `frame_0000.png`, …. A press also gives
+    /// `deepest_press.png` and `before_press.png`, the same view of the untouched tissue. A grasp
+    /// gives `grasp.png`. With 0 no picture is drawn.
     pub frames: u32,
     /// Longest wait for the first state, and longest silence of the controller after it.
     pub patience: Duration,
@@ -54,7 +54,7 @@ pub struct HeadlessConfig {
     pub tick_cpu: Option<usize>,
     /// Set once the outcome of the run's task is decided: the run then ends.
     pub task_over: Option<Arc<AtomicBool>>,
-    /// State of the task, whose critical views are drawn when they were held.
+    /// State of the task. A critical view of it is drawn once it was held.
     pub task: Option<Arc<Mutex<TaskView>>>,
     /// True if a missing graphics driver is an error; otherwise it is a warning, and the run
     /// continues without pictures.
@@ -213,7 +213,7 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Returns `false` if a stop was requested before the first state arrived.
+    /// Waits until the run can begin. Returns `false` if a stop was requested before.
     fn wait_for_controller(
         &mut self,
         observer: &mut dyn FnMut(Observed<'_>),
@@ -227,8 +227,8 @@ impl Run<'_> {
             self.check_painter(observer)?;
             let waited = start.elapsed();
             if let Some(running) = self.feed.other_scene_id() {
-                // A controller of another scene that is about to be replaced may still publish:
-                // wait a little.
+                // A controller of another scene may still publish although it is about to be
+                // replaced, so the run waits a little.
                 if waited > self.config.patience.min(Duration::from_secs(2)) {
                     return Err(self.other_scene(running));
                 }
@@ -389,7 +389,7 @@ impl Run<'_> {
         });
     }
 
-    /// Drops a failed painter; the run continues without pictures, unless they are needed.
+    /// Drops a painter that has failed. The run goes on without pictures, unless they are needed.
     fn check_painter(
         &mut self,
         observer: &mut dyn FnMut(Observed<'_>),
@@ -428,7 +428,8 @@ struct Plan {
     deepest: Option<Still>,
     /// Depth of the deepest press so far, m.
     deepest_m: f32,
-    /// Last state without contact before a press was first recorded, or the tissue at rest.
+    /// The last state without contact before the first recorded press. Without such a state it is
+    /// the tissue at rest.
     untouched: Box<StateFrame>,
     grasp: Option<Still>,
     grasp_due: bool,
@@ -457,7 +458,7 @@ impl Plan {
     }
 
     /// Records the deepest press and the grasp, which are drawn at the end. Returns the picture of
-    /// the series that is due now, if any. It shows this state at once if the painter is `free`.
+    /// the series that is due now, if any. A painter that is `free` draws this picture at once.
     fn next(
         &mut self,
         elapsed: Duration,

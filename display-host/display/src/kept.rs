@@ -29,8 +29,8 @@ impl Watch {
         }
     }
 
-    /// Path of the picture that is due now, if any: a view was held since the last call. After a
-    /// restart of the task a new view replaces the old one.
+    /// Path of the picture that is due now, if a view was held since the last call. After a restart
+    /// of the task a new view replaces the old one.
     pub(crate) fn due(&mut self) -> Option<PathBuf> {
         let held = self
             .task

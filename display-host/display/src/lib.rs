@@ -1,6 +1,6 @@
-//! Calot's display: it reads the state of a controller from shared memory, moves the organs' skins
-//! with the spheres of the tissue model, and shows them through an endoscope, in a window or in
-//! pictures.
+//! Calot's display. It reads the state of a controller from shared memory, and moves the organs'
+//! skins with the spheres of the tissue model. It shows the organs through an endoscope, in a
+//! window or in pictures.
 //!
 //! ```text
 //! shared-mem services ─► feed (newest valid frames, counters) ─► render ─► window / PNG

@@ -1,5 +1,6 @@
-//! The square that `calot photon` watches: bright or dark by the tick that a picture shows, or by
-//! where its handle is. A light sensor on the square then tells when a tick, or a motion, was seen.
+//! The square that `calot photon` watches. The number of the tick that a picture shows makes the
+//! square bright or dark; the place of the handle can do so instead. A light sensor on the square
+//! then tells at which time a tick, or a motion, was seen.
 
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -8,9 +9,10 @@ use shared_mem::message::ToolFrame;
 
 use crate::presentation::{Presented, Way};
 
-/// Side of the cells of space between which the handle changes the square, m.
+/// Side of the cubes into which space is divided, m. The square changes when the handle passes from
+/// one cube into the next.
 const CELL_M: f32 = 0.02;
-/// Side of the square in heights of the window, and at least in points.
+/// Side of the square, as a share of the window's height, and its least side, points.
 const SIDE: (f32, f32) = (0.12, 60.0);
 
 /// Cause of a change of the square.
@@ -113,7 +115,7 @@ pub(crate) struct Lit {
 }
 
 impl Patch {
-    /// A square in the upper corner that changes with every so many ticks.
+    /// A square in the upper corner that changes every `every_ticks` ticks.
     #[must_use]
     pub fn new(full_screen: bool, every_ticks: u64) -> Self {
         Self {
@@ -131,7 +133,8 @@ impl Patch {
         to_place.store(place as u8, Ordering::Relaxed);
     }
 
-    /// True if the square is bright in a tick with the handle at this place of the world.
+    /// True if the square is bright in a picture of this tick with the handle at this place, world
+    /// frame, m.
     #[must_use]
     pub fn is_bright(&self, by: By, tick: u64, handle_m: [f32; 3]) -> bool {
         match by {
@@ -158,7 +161,7 @@ impl Patch {
         self.told().surface.clone()
     }
 
-    /// The square in a picture of these tools.
+    /// The square as it belongs to a picture of these tools.
     pub(crate) fn lit(&self, tools: &ToolFrame) -> Lit {
         let [by, place] = &self.setting;
         let by = match by.load(Ordering::Relaxed) {

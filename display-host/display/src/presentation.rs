@@ -1,7 +1,7 @@
-//! When the screen got the window's pictures, where the window system tells.
+//! Times at which the screen got the window's pictures, if the window system tells them.
 //!
-//! Flip: the screen begins to show the picture at the time that is told. Copy: the server copied
-//! it into the window then. A compositor may still show it a frame later.
+//! In a flip, the screen begins to show the picture at the time that is told. In a copy, the server
+//! copies the picture into the window at that time. A compositor may still show it a frame later.
 
 use std::collections::VecDeque;
 
@@ -9,9 +9,10 @@ use figures::{Distribution, PresentationSummary};
 
 use crate::latency::FrameRecord;
 
-/// Largest number of pictures that wait to be told. A driver has at most a few under way.
+/// Largest number of pictures whose times are not told yet. A driver has at most a few under way.
 const WAITING_MAX: usize = 64;
-/// Largest distance of a told time from the present for it to be one of this computer's clock, ns.
+/// Largest difference of a told time from the present, ns. A time with a larger difference comes
+/// from another computer's clock.
 const CLOCK_NS: u64 = 60_000_000_000;
 
 /// Way of a picture to the screen.
@@ -82,11 +83,11 @@ pub struct Presentation {
     pub refused: Option<Missing>,
     /// Number of pictures handed over.
     pub handed: u64,
-    /// Number of pictures that came to the screen by a flip, by a copy, and not at all.
+    /// Number of pictures that came to the screen by a flip.
     pub flips: u64,
-    /// See `flips`.
+    /// Number of pictures that came to the screen by a copy.
     pub copies: u64,
-    /// See `flips`.
+    /// Number of pictures that did not come to the screen.
     pub skips: u64,
     /// Time from the sample's arrival to the presentation, for pictures of the newest state.
     pub motion: Distribution,

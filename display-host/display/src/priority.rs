@@ -2,9 +2,9 @@
 
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
-/// Lowers the priority of the calling thread among those without realtime priority (nice), and
-/// keeps it off `tick_cpu` if it may use another core. Threads that this thread starts later
-/// inherit both, such as those of a software graphics driver (one per CPU). If the operating system
+/// Lowers the calling thread's priority among threads without realtime priority (nice). Keeps the
+/// thread off `tick_cpu` if it may use another core. Threads that this thread starts later inherit
+/// both, such as those of a software graphics driver (one per CPU). If the operating system
 /// refuses, nothing is reported: the run becomes less smooth, but stays safe.
 pub fn step_aside(tick_cpu: Option<usize>) {
     let _ = rustix::process::nice(10);

@@ -50,7 +50,7 @@ impl Baseline {
     }
 }
 
-/// Core, priority and work of the loops: those of the station's tick.
+/// Core, priority and work of the loops. They are those of the station's tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Terms<'a> {
     /// Core of the loop.
@@ -295,7 +295,7 @@ mod tests {
         assert_eq!(parse("nonsense\n#\n1 x").wake_latency.count(), 0);
     }
 
-    /// A program in a folder of its own that is called `rtla` and does this.
+    /// A program that is called `rtla` and runs the shell commands `does`.
     fn rtla(folder: &Path, does: &str) -> PathBuf {
         use std::os::unix::fs::PermissionsExt as _;
         let path = folder.join("rtla");

@@ -7,7 +7,7 @@ use shared_mem::message::{STAGES, TickRecord};
 
 use crate::slice::Slice;
 
-/// Ticks kept before and after the late tick that opens an incident.
+/// Number of ticks kept before the late tick that opens an incident, and after it.
 const AROUND: usize = 16;
 /// Largest number of incidents kept.
 const INCIDENTS_MAX: usize = 32;
@@ -27,7 +27,7 @@ pub struct Tick {
     pub missed: u32,
     /// Time of each stage, in the order of a tick.
     pub stage_ns: [u32; STAGES],
-    /// Flags, which are the constants of `TickRecord`.
+    /// Flags: the constants of `TickRecord`.
     pub bits: u32,
 }
 
@@ -76,7 +76,7 @@ pub struct Incident {
     pub worst: usize,
     /// Ticks in order.
     pub ticks: Vec<Tick>,
-    /// Everything that ran on the tick's core meanwhile; empty if nobody asked why.
+    /// Everything that ran on the tick's core meanwhile; empty without `--why`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub slices: Vec<Slice>,
 }
@@ -156,8 +156,9 @@ impl BlackBox {
         worst(self.kept.iter().chain(open).cloned().collect())
     }
 
-    /// Gives the finished incidents that have no slices those that `between` finds in their time.
-    /// Passes over incidents that ended after `known_to_ns`, because they are not known yet.
+    /// Gives slices to the finished incidents that have none. `between` finds the slices of a span
+    /// of time. Skips incidents that ended after `known_to_ns`, because their slices are not known
+    /// yet.
     pub fn explain(&mut self, known_to_ns: u64, between: impl Fn(u64, u64) -> Vec<Slice>) {
         for incident in self.kept.iter_mut().filter(|it| it.slices.is_empty()) {
             if let (Some(first), Some(last)) = (incident.ticks.first(), incident.ticks.last())

@@ -1,4 +1,5 @@
-//! Lays each late tick to the stage, or to the late wake-up, that exceeded its due most.
+//! Attributes each late tick to the part that exceeded its admitted time most: the wake-up or a
+//! stage.
 
 use serde::{Deserialize, Serialize};
 use shared_mem::message::{STAGE_NAMES, STAGES};
@@ -16,18 +17,18 @@ pub struct Budget {
     /// Time that the stage took in the worst tick of the controller's own trial before the run.
     /// `None` for the wake-up, and if the controller did not measure its scene.
     pub admitted_ns: Option<u64>,
-    /// Longest time of the run.
+    /// Longest time that the part took in the run, ns.
     pub worst_ns: u64,
     /// Late ticks that this part caused.
     pub late_ticks: u64,
-    /// Share of all late ticks.
+    /// Share that this part has in all late ticks.
     pub late_share: f64,
 }
 
 /// Counts of the late ticks by part.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Budgets {
-    /// Time that each stage may take.
+    /// Admitted time of each stage, ns.
     pub admitted_ns: Option<[u64; STAGES]>,
     /// Wake-up, then the stages.
     worst_ns: [u64; STAGES + 1],
@@ -48,8 +49,8 @@ impl Budgets {
         }
     }
 
-    /// Part that exceeded its due most. Nothing is due to the wake-up, and to the stages what was
-    /// admitted.
+    /// Part that exceeded its admitted time most. The wake-up has no admitted time. Without a trial
+    /// the stages have none either.
     fn blamed(&self, tick: &Tick) -> usize {
         let admitted = self.admitted_ns.unwrap_or_default();
         let due = [0].into_iter().chain(admitted);
@@ -142,7 +143,7 @@ mod tests {
             ..Budgets::default()
         };
         budgets.take(&tick(5000, 300, false), false);
-        // The solver took most, but all of that was admitted.
+        // The solver exceeds its admitted time by 10 µs, and the wake-up exceeds its own by 800 µs.
         budgets.take(&tick(800, 310, true), false);
         budgets.take(&tick(400, 900, true), false);
         budgets.take(&tick(500, 900, true), false);

@@ -1,21 +1,23 @@
-//! Confidence intervals over the turns of a run.
+//! Confidence intervals over the turns of a run. In each round of a run, every program has one
+//! turn.
 //!
-//! Latencies are positive and skewed, so the interval is that of the geometric mean: Student's t
-//! on the logarithms of the turns. It holds for few turns. An interval by drawing turns with
-//! replacement does not: with three turns it covers the median in 75 % of runs, not in 95 %.
+//! Latencies are positive and skewed, so the interval is that of the geometric mean: Student's t on
+//! the logarithms of the turns. It is right even for few turns. An interval from a bootstrap of the
+//! turns is not: with three turns it covers the median in 75 % of runs, not in 95 %.
 
 use serde_json::{Map, Value, json};
 
 use crate::misses::{Round, paired};
 
-/// Student's t that 95 % of draws stay below in size, for 1, 2, … degrees of freedom (two-sided;
-/// NIST/SEMATECH e-Handbook of Statistical Methods, table 1.3.6.7.2).
+/// Two-sided 95 % quantiles of Student's t for 1, 2, … degrees of freedom (NIST/SEMATECH e-Handbook
+/// of Statistical Methods, table 1.3.6.7.2).
 const T_95: [f64; 30] = [
     12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160,
     2.145, 2.131, 2.120, 2.110, 2.101, 2.093, 2.086, 2.080, 2.074, 2.069, 2.064, 2.060, 2.056,
     2.052, 2.048, 2.045, 2.042,
 ];
-/// Fewest turns for an interval. With two turns it spans a factor of e¹² and says nothing.
+/// Fewest turns for an interval. With two turns it would span the 12.7th power of their ratio, and
+/// say nothing.
 pub const TURNS_MIN: usize = 3;
 
 /// Interval that holds the geometric mean of the turns with 95 % confidence. `None` with fewer than
@@ -41,7 +43,8 @@ pub fn median(mut values: Vec<f64>) -> Option<f64> {
     Some(f64::midpoint(values[last / 2], values[last.div_ceil(2)]))
 }
 
-/// Returns `ci95` of `jitter.json`. Intervals are pairs, or null with too few turns.
+/// The value of the key `ci95` in `jitter.json`. Each interval is a pair, or null if the turns are
+/// too few.
 pub fn to_json(rounds: &[Round]) -> Value {
     let mut programs: Vec<&str> = rounds.iter().map(|r| r.program.as_str()).collect();
     programs.sort_unstable();
@@ -100,7 +103,8 @@ mod tests {
 
     #[test]
     fn it_covers_the_truth_in_about_95_of_100_runs_of_three_turns() {
-        // Sums of twelve even draws are nearly normal. The draws come from a fixed seed.
+        // The sum of twelve draws from the uniform distribution is nearly normal. The draws come
+        // from a fixed seed.
         let mut state = 1u64;
         let mut even = || {
             state = state

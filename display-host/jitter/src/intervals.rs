@@ -1,19 +1,20 @@
-//! Keeps the latest wake-up of each five minutes, as OSADL's test farm states latencies. A maximum
-//! of a whole run grows with its length; maxima of equal intervals can be compared.
+//! Keeps the largest wake-up latency of each five minutes, as OSADL's test farm does. The maximum
+//! of a whole run grows with the run's length. Maxima of equal intervals can be compared.
 
 use serde::{Deserialize, Serialize};
 
 use crate::certainty::median;
 
-/// Length of an interval, s: that of OSADL's plots.
+/// Length of an interval, s, as in OSADL's plots.
 pub const INTERVAL_S: u32 = 300;
-/// Largest number of intervals kept: a month. Later ones count for the last.
+/// Largest number of intervals kept: those of 30 days. The last interval also takes all later
+/// wake-ups.
 const INTERVALS_MAX: usize = 8640;
 
 /// Maxima of consecutive intervals.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Intervals {
-    /// Latest wake-up of each interval, ns.
+    /// Largest wake-up latency of each interval, ns.
     #[serde(default, rename = "intervals_max_ns")]
     pub max_ns: Vec<u64>,
     /// Length of an interval, s. A run shorter than five minutes has one interval of its length.
@@ -22,7 +23,7 @@ pub struct Intervals {
 }
 
 impl Intervals {
-    /// Notes a wake-up at `at_s` seconds of measured time.
+    /// Notes a wake-up that was `ns` late, at `at_s` seconds of measured time.
     pub fn note(&mut self, at_s: f64, ns: u64) {
         self.interval_s = self.interval_s.max(at_s.min(f64::from(INTERVAL_S)));
         // The clamp keeps the conversion in range.
@@ -36,20 +37,20 @@ impl Intervals {
         }
     }
 
-    /// Appends the intervals of another run.
+    /// Appends the intervals of another run, up to the largest number kept.
     pub fn append(&mut self, next: &Self) {
         self.interval_s = self.interval_s.max(next.interval_s);
         self.max_ns.extend(&next.max_ns);
         self.max_ns.truncate(INTERVALS_MAX);
     }
 
-    /// Middle of the maxima, ns; `None` if there are none.
+    /// Median of the maxima, ns; `None` if there are none.
     pub fn median_ns(&self) -> Option<f64> {
         let all = self.max_ns.iter().map(|&ns| ns as f64).collect();
         median(all)
     }
 
-    /// Points (s, µs), one for each interval.
+    /// The maxima as a curve: start of each interval, s, and its maximum, µs.
     pub fn course(&self) -> Vec<(f64, f64)> {
         let all = self.max_ns.iter().enumerate();
         let at_s = |i: usize| i as f64 * f64::from(INTERVAL_S);

@@ -13,7 +13,7 @@
 //!                                    exchange (.hgrm, cyclictest's text)
 //! ```
 //!
-//! [`photon`] is a measurement of its own: when a light sensor on the screen saw a tick.
+//! [`photon`] is a separate measurement: the time from a tick to its light on the screen.
 
 pub mod baselines;
 pub mod blackbox;

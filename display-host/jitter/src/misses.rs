@@ -1,10 +1,11 @@
-//! Compares missed periods of the station with those of a bare loop whose work takes as long:
-//! counts them by cause, and estimates how certain the difference is.
+//! Compares missed periods of the station with those of a bare loop whose work takes as long.
+//! Counts the misses by cause, and estimates how certain the difference is.
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-/// Bootstrap samples of the rounds. Their spread shows how large a difference chance can make.
+/// Number of bootstrap samples of the rounds. Their spread shows how large a difference chance can
+/// make.
 const DRAWS: usize = 4000;
 
 /// Periods missed in one turn.

@@ -1,8 +1,8 @@
-//! A run as one line of a table of several.
+//! One run, as a line in a table of several runs.
 
 use serde::{Deserialize, Serialize};
 
-/// A run in a table of several.
+/// A run in a table of several runs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Part {
     /// Folder or file that held the run.
@@ -21,18 +21,18 @@ pub struct Part {
     pub ticks: u64,
     /// Median wake-up latency, ns.
     pub p50: u64,
-    /// 99 % of the wake-ups are at most so late, ns.
+    /// 99 % quantile of the wake-up latency, ns.
     pub p99: u64,
-    /// 99.9 % of the wake-ups are at most so late, ns.
+    /// 99.9 % quantile of the wake-up latency, ns.
     pub p999: u64,
-    /// Latest wake-up, ns.
+    /// Largest wake-up latency, ns.
     pub max: u64,
-    /// Middle of the maxima of five minutes, ns.
+    /// Median of the maxima of the five-minute intervals, ns.
     pub interval_max_median: Option<f64>,
     /// Missed periods in a million.
     pub misses_per_million: f64,
     /// Wake-up latency divided by cyclictest's: p50 and p99.
     pub to_cyclictest: Option<[f64; 2]>,
-    /// Cause that cost late ticks most time.
+    /// Cause to which late ticks lost most time.
     pub first_cause: Option<String>,
 }

@@ -67,7 +67,7 @@ pub struct Report {
     pub timeline: Timeline,
     /// Ticks around the worst moments, worst first.
     pub incidents: Vec<Incident>,
-    /// Latest wake-up of each five minutes.
+    /// Largest wake-up latency of each five minutes.
     pub intervals: Intervals,
     /// Time that late ticks lost, by cause; empty unless `--why` asked.
     pub causes: Vec<Cause>,

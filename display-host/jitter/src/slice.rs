@@ -16,7 +16,8 @@ pub enum What {
     Idle,
     /// The hypervisor ran something else.
     Steal,
-    /// The tick's own thread: the tick before was still at work, or this one was on its way.
+    /// The tick's own thread. The tick before was still at work, or this tick's thread ran and had
+    /// not yet read the clock.
     Tick,
     /// Nothing that the source of the causes can see.
     Unseen,

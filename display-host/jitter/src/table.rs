@@ -45,7 +45,7 @@ const ROWS: [(&str, &str); 11] = [
     ),
 ];
 
-/// Causes printed.
+/// Largest number of causes printed.
 const CAUSES_SHOWN: usize = 8;
 
 /// One row of the table.
@@ -214,7 +214,7 @@ pub fn text(report: &Report) -> String {
     text + &causes(report) + &machines::text(&report.parts)
 }
 
-/// Causes of late ticks: what ran instead, and the stages to which late ticks are laid.
+/// Causes of late ticks: what ran instead, and the stages that made ticks late.
 fn causes(report: &Report) -> String {
     let mut text = String::new();
     if let Some(why) = &report.why {

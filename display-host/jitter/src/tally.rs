@@ -29,13 +29,13 @@ pub struct Tally {
     motion_to_tick: Distribution,
     /// From hand to force by the device's clock.
     hand_to_force: Distribution,
-    /// That minus motion to force, of the same forces.
+    /// Hand to force minus motion to force, for the same forces.
     line_and_device: Distribution,
     force_to_publish: Distribution,
     /// Age of a state when a display first reads it.
     pub publish_to_display: Distribution,
-    /// Time at the start of each session whose motions do not count, because the ticks still move
-    /// to the device's samples, ns.
+    /// Time at the start of each session in which motions do not count, ns. The ticks then still
+    /// shift towards the times of the device's samples.
     pub settle_ns: u64,
     /// Ticks around the worst moments.
     pub black_box: BlackBox,
@@ -323,7 +323,7 @@ mod tests {
             settle_ns: 5_000_000,
             ..Tally::default()
         };
-        // Ticks 0 to 3, then 4 to 7, of which the third each time has no motion.
+        // Ticks 0 to 3, then 4 to 7. In each batch the third tick has no motion.
         tally.take(&batch(0, 0), &mut report);
         tally.take(&batch(1, 4), &mut report);
         tally.fill(&mut report);

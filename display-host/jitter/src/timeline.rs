@@ -90,7 +90,7 @@ impl Timeline {
         }
     }
 
-    /// Points (s, µs) of the time that `of` selects, one per step.
+    /// The time that `of` selects, as a curve: start of each step, s, and its worst time, µs.
     pub fn course(&self, of: fn(&Worst) -> u32) -> Vec<(f64, f64)> {
         let steps = self.worst_ns.iter().enumerate();
         steps
@@ -104,7 +104,7 @@ impl Timeline {
     }
 
     fn step_of(&self, at_s: f64) -> usize {
-        // The clamp keeps the conversion in range; a run lasts a day at most.
+        // The clamp keeps the conversion in range. Real runs stay far below it.
         (at_s.clamp(0.0, 1e9) / f64::from(self.step_s.max(1))) as usize
     }
 

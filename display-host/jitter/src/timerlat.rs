@@ -34,7 +34,7 @@ pub(crate) fn command(core: usize, priority: u8, seconds: u64) -> Command {
     command
 }
 
-/// Checks that program and kernel have it.
+/// Checks that `rtla` is installed and that the kernel has its tracer.
 ///
 /// # Errors
 ///
@@ -73,8 +73,8 @@ fn in_kernel(tracers: &str) -> Result<(), String> {
     }
 }
 
-/// Reads the histogram of `rtla timerlat hist`: a column for the interrupt, one for the kernel's
-/// thread, and one for the thread in user space, which is compared.
+/// Reads the histogram of `rtla timerlat hist`. It has a column for the interrupt, one for the
+/// kernel's thread, and one for the thread in user space. The last is compared with the station.
 pub(crate) fn parse(text: &str) -> Turn {
     let mut turn = Turn::default();
     let mut column = None;

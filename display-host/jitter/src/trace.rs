@@ -1,13 +1,14 @@
 //! Writes the black box as a trace for Perfetto (ui.perfetto.dev) or chrome://tracing. The trace
-//! shows the ticks around each of the most delayed ones, with wake-up latencies and stages, and
-//! with everything that ran on their core if the run asked why.
+//! shows the ticks around each of the most delayed ones, with their wake-up latencies and stages.
+//! With `--why` it also shows everything that ran on their core.
 
 use serde_json::{Value, json};
 use shared_mem::message::{STAGE_NAMES, TickRecord};
 
 use crate::blackbox::{Incident, Tick};
 
-/// Row of the wake-up latencies: each slice goes from the due time of a tick to its begin.
+/// Row of the wake-up latencies. Each slice goes from the due time of a tick to the time at which
+/// the tick began.
 const DUE: u32 = 1;
 /// Row of the ticks.
 const TICK: u32 = 2;
@@ -45,7 +46,7 @@ pub fn json(incidents: &[Incident]) -> Value {
             events.extend(slices(tick, first.scheduled_ns, pid));
         }
     }
-    // The name of the program marks the file as Calot's, which `--overwrite` looks for.
+    // `--overwrite` recognises the file as Calot's by the name of the program.
     let program = concat!("calot ", env!("CARGO_PKG_VERSION"));
     json!({
         "displayTimeUnit": "ns",

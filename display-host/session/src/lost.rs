@@ -14,6 +14,9 @@ const SPANS_SAID: usize = 3;
 pub struct Lost {
     /// Lost messages, as far as they are known.
     pub messages: u64,
+    /// True if more messages may be lost than are counted: nothing behind the last damage tells how
+    /// many it had.
+    pub is_more: bool,
     /// Lost messages of each topic, as far as they are known.
     pub topics: BTreeMap<String, u64>,
     /// Begin and end of each span without messages, ns since the session's first message.
@@ -28,7 +31,7 @@ impl Lost {
     /// True if nothing is lost: if only parts of the index are damaged.
     #[must_use]
     pub fn is_nothing(&self) -> bool {
-        self.messages == 0 && !self.scene
+        self.messages == 0 && !self.is_more && !self.scene
     }
 
     /// Messages and spans, and the scene, in words.
@@ -46,7 +49,13 @@ impl Lost {
                 more => format!(" and {more} more spans"),
             };
             let messages = self.messages;
-            words.push(format!("{messages} messages {}{more}", spans.join(", ")));
+            let least = if self.is_more { "at least " } else { "" };
+            words.push(format!(
+                "{least}{messages} messages {}{more}",
+                spans.join(", ")
+            ));
+        } else if self.is_more {
+            words.push("an unknown number of messages at its end".to_owned());
         }
         if self.scene {
             words.push("the compiled scene".to_owned());
@@ -66,6 +75,8 @@ pub(crate) struct Tracker {
     newest_ns: u64,
     /// True behind a damaged place, until the next message.
     is_behind_damage: bool,
+    /// True if the index of a chunk came behind the last damaged place.
+    is_named: bool,
     /// Messages of each channel: kept ones, and those that the index of a damaged chunk names.
     kept: BTreeMap<u16, u64>,
     named: BTreeMap<u16, u64>,
@@ -80,6 +91,7 @@ impl Tracker {
             first_ns: index.map(|it| it.first_ns).filter(|it| *it > 0),
             newest_ns: 0,
             is_behind_damage: false,
+            is_named: false,
             kept: BTreeMap::new(),
             named: BTreeMap::new(),
         }
@@ -88,6 +100,7 @@ impl Tracker {
     /// A damaged place is left out.
     pub(crate) fn damage(&mut self, what: String) {
         self.is_behind_damage = true;
+        self.is_named = false;
         self.lost.damage.push(what);
     }
 
@@ -96,6 +109,7 @@ impl Tracker {
     pub(crate) fn index_of_chunk(&mut self, channel: u16, messages: u64) {
         if self.is_behind_damage {
             *self.named.entry(channel).or_default() += messages;
+            self.is_named = true;
         }
     }
 
@@ -154,6 +168,8 @@ impl Tracker {
                 self.span(index.last_ns);
             }
             self.lost.messages = sum;
+        } else {
+            self.lost.is_more = self.is_behind_damage && !self.is_named;
         }
         self.lost.messages = self.lost.messages.max(missing.values().sum());
         let named = missing.into_iter().filter(|(_, count)| *count > 0);

@@ -1,5 +1,5 @@
 //! Tests a handle that opens and shuts: the opening that it reports at both ends, and the sign of
-//! its force. A sensor also measures the size of the force.
+//! its force. With a force sensor, the size of the force is tested, too.
 
 use super::bench::{Bench, EndReason};
 use super::pushes::{PUSH_MS, force_share};
@@ -17,7 +17,7 @@ pub const COUNT: usize = 2;
 const SHUT_MAX: f32 = 0.2;
 /// Least opening that a wide open handle may report.
 const OPEN_MIN: f32 = 0.8;
-/// Number of last samples whose mean is the opening at the end of a step.
+/// The opening at the end of a step is the mean of this number of samples.
 const END_SAMPLES: usize = 50;
 /// Share of the commanded force below which a measured force counts as none.
 const NOTHING_SHARE: f32 = 0.1;
@@ -41,7 +41,8 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Res
         return Ok(());
     }
     let force_n = PUSH_N.min(can.force_max_n);
-    // `seed % 6` decides the order of the hand's pushes, so the next bit decides this order.
+    // `seed % 6` decides the order of the hand's pushes. The rest of the seed decides this order,
+    // so the two orders are independent.
     let mut order = PUSHES;
     if seed / 6 % 2 == 1 {
         order.reverse();
@@ -73,6 +74,8 @@ fn end(bench: &mut Bench<'_>, step: &Step) -> Result<Option<f32>, EndReason> {
     Ok((!last.is_empty()).then(|| sum / last.len() as f32))
 }
 
+/// Judges the openings that the handle reported when shut and when wide open. Returns true if they
+/// are good, and words for the report.
 fn judge_ends(shut: Option<f32>, open: Option<f32>) -> (bool, String) {
     let (Some(shut), Some(open)) = (shut, open) else {
         let words = "the device declares an opening and its samples have none";
@@ -92,6 +95,8 @@ fn judge_ends(shut: Option<f32>, open: Option<f32>) -> (bool, String) {
     (true, measured)
 }
 
+/// Judges the answer to a push of `asked_n` towards `asked`. Returns true if it is right, and words
+/// for the report.
 fn judge_push(asked: Squeezed, asked_n: f32, answer: Squeezed) -> (bool, String) {
     let asked_words = asked.words();
     let is = match answer {

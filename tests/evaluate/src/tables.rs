@@ -8,6 +8,7 @@ mod force;
 mod guide;
 mod measured;
 mod rest;
+mod stay;
 mod surface;
 
 use std::fmt::Write as _;
@@ -95,6 +96,7 @@ fn table(name: &str, folder: &Path) -> Result<Table, String> {
         "skinning" => skinning(&read("skinning.csv")?),
         "surface" => surface::by_hand(&read("surface.csv")?),
         "rest" => rest::by_sweep(&read("rest.csv")?),
+        "stay" => stay::by_organ(&read("stay.csv")?),
         "silicones" => measured::silicones(&read("measured.csv")?),
         "measured" => measured::others(&read("measured.csv")?),
         "packing" => packing(&read("packing.csv")?),

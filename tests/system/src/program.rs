@@ -6,7 +6,8 @@ use std::thread::JoinHandle;
 
 use crate::{documents, wait_until};
 
-/// Reader of a stream's text. It reads continuously, so that the pipe never fills.
+/// Thread that reads a stream of the program. It reads continuously, so that the pipe never fills.
+/// `None` once its text has been taken.
 type Told = Option<JoinHandle<Vec<u8>>>;
 
 /// A program that is killed on drop. If the test fails, the program's output is shown.
@@ -93,6 +94,7 @@ impl Drop for Program {
     }
 }
 
+/// Starts a thread that reads a stream to its end.
 fn read(mut stream: impl Read + Send + 'static) -> JoinHandle<Vec<u8>> {
     std::thread::spawn(move || {
         let mut bytes = Vec::new();
@@ -101,6 +103,7 @@ fn read(mut stream: impl Read + Send + 'static) -> JoinHandle<Vec<u8>> {
     })
 }
 
+/// Waits for the end of a stream, and takes its text.
 fn whole(told: &mut Told) -> Vec<u8> {
     let told = told.take().map(JoinHandle::join);
     told.and_then(Result::ok).unwrap_or_default()

@@ -189,7 +189,7 @@ metrics! {
     Alarms "alarms" "n" "Alarms of any kind." "paper, evaluation"
 }
 
-/// Least total time of pauses, gaps or missing devices that a sentence of the report mentions, s. A
+/// Total time from which the report has a sentence about pauses, gaps or missing devices, s. A
 /// single late record of a device takes less. The table of all metrics shows shorter times, too.
 const MENTIONED_S: f64 = 0.1;
 

@@ -1,5 +1,5 @@
-//! Close picture of the place of an error: the organs at rest and the instrument's shaft, seen from
-//! the side of the endoscope, with a ring at the place.
+//! Close picture of the place of an error. It shows the organs at rest and the instrument's shaft,
+//! seen from the side of the endoscope. A ring marks the place.
 
 use std::io::Cursor;
 
@@ -31,8 +31,9 @@ const RING_EDGE: f64 = 1.6;
 const BACKGROUND: [f64; 3] = [58.0, 26.0, 24.0];
 const METAL: [f64; 3] = [196.0, 200.0, 206.0];
 
-/// Draws the place of an error: the organ concerned, if any, and a position, world frame, m. That
-/// organ shows through surfaces in front of it. `None` if the scene has no surfaces.
+/// Draws the place of an error. `place` is the organ concerned, if any, and the position, world
+/// frame, m. The organ concerned shows through surfaces in front of it. Returns `None` if the scene
+/// has no surfaces.
 #[must_use]
 pub fn close_picture(
     organs: &Outlines,
@@ -61,9 +62,10 @@ pub fn close_picture(
     Some(ringed(&canvas.picture()))
 }
 
-/// Displacement from a place at a moved organ to the nearest corner of the organ at rest, m.
-/// Instrument and ring are moved by it, so that the picture shows them at the organ. Zero without
-/// the organ, or if the organ is farther away than `MOVED_M`.
+/// The organ may have moved away from its place at rest, where the picture draws it. This is the
+/// displacement from `place` to the nearest corner of the organ at rest, m. Instrument and ring are
+/// moved by it, so that the picture shows them at the organ. It is zero without the organ, or if
+/// the organ is farther away than `MOVED_M`.
 fn to_rest(organs: &Outlines, concerned: Option<&str>, place: Vec3) -> Vec3 {
     let own = organs
         .surfaces()
@@ -95,7 +97,7 @@ const fn colour(kind: Option<OrganKind>) -> [f64; 3] {
     }
 }
 
-/// Largest displacement that an organ may have had, m.
+/// Largest displacement of an organ that the picture takes into account, m.
 const MOVED_M: f64 = 0.05;
 /// Share of the colour of the organ concerned where other surfaces hide it.
 const THROUGH: f64 = 0.5;

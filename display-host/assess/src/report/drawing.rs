@@ -149,7 +149,7 @@ fn told(words: &dyn Words, alarm: &Alarm) -> String {
 
 /// Largest number of bars in the histogram of the force, so that each is wide enough to point at.
 const BARS_MAX: usize = 60;
-/// Force to which the histogram reaches at least, N, so that small forces look small.
+/// The histogram reaches at least to this force, N, so that small forces look small.
 const FORCE_SHOWN_N: f64 = 2.0;
 
 /// Histogram of the force on the hand.
@@ -197,7 +197,7 @@ pub(super) fn force_histogram(seconds: &[f64], words: &dyn Words) -> Option<Stri
     Some(svg.end())
 }
 
-/// A number without the digits that come from adding decimals in binary.
+/// A number, rounded to six decimals. So the rounding errors of sums are not shown.
 fn short(value: f64) -> String {
     format!("{}", (value * 1e6).round() / 1e6)
 }

@@ -4,14 +4,14 @@ use core::cmp::Reverse;
 
 use crate::alarm::{Alarm, AlarmKind};
 
-/// Errors of one kind at one organ.
+/// Errors of one kind at one organ, from which the trainee can learn.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lesson {
     /// Kind of the errors.
     pub kind: AlarmKind,
     /// The organ concerned, if any.
     pub organ: Option<String>,
-    /// Numbers of the alarms, the oldest first.
+    /// Indices of the alarms of these errors, the oldest first.
     pub alarms: Vec<usize>,
 }
 
@@ -30,7 +30,8 @@ const BY_GRAVITY: [AlarmKind; 10] = [
 ];
 
 impl Lesson {
-    /// Lessons of these alarms, the gravest first; of equal ones, the more frequent first.
+    /// Lessons of these alarms, the gravest kind first. Within a kind, the more frequent lesson
+    /// comes first.
     #[must_use]
     pub fn of(alarms: &[Alarm]) -> Vec<Self> {
         let mut lessons: Vec<Self> = Vec::new();

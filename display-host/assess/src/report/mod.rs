@@ -58,7 +58,8 @@ pub struct Chapter {
     pub sheet: Vec<(String, u8)>,
 }
 
-/// Pictures a second below which nobody can train: the eye follows a hand at ten or more.
+/// Fewest pictures a second with which a trainee can train. With fewer the eye cannot follow a
+/// hand.
 pub const PICTURES_MIN: f64 = 10.0;
 
 /// Durations of ticks, as in a run's `summary.json`.

@@ -1,5 +1,5 @@
-//! Surfaces of the organs at rest, for the close pictures, and their silhouettes, behind the paths
-//! of the tools in the debrief.
+//! Surfaces of the organs at rest. The close pictures show them. Their silhouettes lie behind the
+//! paths of the tools in the debrief.
 
 use core::fmt::Write as _;
 
@@ -132,8 +132,8 @@ impl Silhouette<'_> {
     }
 }
 
-/// Marks every cell whose middle lies in a triangle, and the cells of its corners, because a
-/// triangle may be smaller than a cell.
+/// Marks every cell whose middle lies in a triangle. The cells of the triangle's corners are
+/// marked, too, because a triangle may be smaller than a cell.
 fn covered(triangles: &[[[f32; 3]; 3]], view: View) -> Vec<bool> {
     let mut cells = vec![false; CELLS * CELLS];
     let to_cell = |point: &[f32; 3]| {

@@ -16,7 +16,7 @@ mod compared;
 mod judged;
 mod lessons;
 
-/// Styles of the debrief besides those of all pages.
+/// Styles of the debrief, in addition to those of all pages.
 const MORE: &str = "h3{margin-top:1.6rem;font-size:1.05rem}td,th{vertical-align:top}.l{text-align:left}\
 .open{background:#fdf4dc;border-left:4px solid #8a5a12;padding:.5rem 1rem}.score{font-size:2.2rem;\
 font-weight:600}.lesson{display:grid;grid-template-columns:minmax(0,1fr) minmax(0,20rem);gap:.4rem 1.4rem;\
@@ -267,8 +267,8 @@ fn verdict(page: &mut Page<'_>, chapter: &Chapter) {
     }
 }
 
-/// Writes which organs fell or shook, and in which the instrument was when its signal began. None
-/// of this is the trainee's fault.
+/// Writes which organs fell or shook, and in which organ the instrument lay at its device's first
+/// sample, or at the first after a gap. None of this is the trainee's fault.
 fn unrest(page: &mut Page<'_>, moments: &[Moment]) {
     for moment in moments {
         let id = match moment.what.as_str() {

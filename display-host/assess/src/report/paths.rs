@@ -13,9 +13,9 @@ use crate::assessment::Path;
 const SIDE: f64 = 228.0;
 /// Upper edge of the views.
 const TOP: f64 = 4.0;
-/// Share of the widest extent by which a view is wider.
+/// A view is wider than the widest extent of the paths, by this share of the extent.
 const MARGIN: f64 = 0.3;
-/// Least extent of the paths for the width of a view, m.
+/// Shorter paths get a view as wide as for this extent, m.
 const EXTENT_MIN_M: f64 = 0.01;
 /// Size of an organ's name. A letter is taken to be half as wide.
 const NAME_SIZE: f64 = 10.0;

@@ -230,7 +230,7 @@ fn a_scripted_session_is_marked_and_in_no_curve() {
         assert_eq!(persons.matches(told).count(), 0);
         assert_eq!(one.matches(told).count(), 1);
     }
-    // One session is no curve.
+    // A single session has no curve.
     let curves = |page: &str| page.matches("<figure>").count();
     assert_eq!(curves(&persons) - curves(&one), 1);
 }

@@ -1,4 +1,5 @@
-//! Texts of a debrief. The caller translates them, so this package holds no translations.
+//! The texts of a debrief in the reader's language. The caller supplies them, so this package holds
+//! no translations.
 
 use crate::step::{Reason, Step};
 

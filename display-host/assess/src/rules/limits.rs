@@ -15,15 +15,23 @@ use crate::task::{Difficulty, Task};
 /// Thresholds at which steps count as done.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Done {
+    /// Least removed share of the tissue in the triangle.
     pub(crate) triangle: f64,
+    /// Least removed share of the tissue in the lower third of the bed.
     pub(crate) lower_bed: f64,
+    /// Least removed share of the tissue in the whole bed.
     pub(crate) bed: f64,
+    /// Fewest clips on a vessel.
     pub(crate) clips: usize,
+    /// Time from a division until its step may count as done, s. A leak may still show before then.
     pub(crate) settle_s: f64,
+    /// Largest flow of a leak, and largest open share of a cut end, that count as closed.
     pub(crate) leak: f64,
+    /// Time for which an organ or the tip must be held in the picture, s.
     pub(crate) look_s: f64,
 }
 
+/// Time limit, pass rules and penalties of a task.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct TaskRules {
     pub(super) time_max_s: f64,
@@ -177,7 +185,7 @@ pub struct ViewRule {
     pub behind: Least,
     /// Limits of sway and tilt.
     pub steadiness: Steadiness,
-    /// Origin of the rule.
+    /// Source on which the rule is based.
     pub source: Option<String>,
 }
 
@@ -186,8 +194,8 @@ pub struct ViewRule {
 pub struct ShowRule {
     /// Least visible share of the organ.
     pub visible: f64,
-    /// Share of the picture from which on an organ counts as seen, however much of it is outside or
-    /// hidden.
+    /// An organ that fills at least this share of the picture counts as visible, however much of it
+    /// is outside or hidden.
     pub large: f64,
     /// Least share of the picture that the organ must fill.
     pub small: f64,

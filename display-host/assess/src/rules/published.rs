@@ -32,7 +32,7 @@ pub struct PassRule<'a> {
     pub at_least: f64,
     /// Largest value.
     pub at_most: f64,
-    /// Origin of the rule.
+    /// Source on which the rule is based.
     pub source: &'a str,
 }
 
@@ -68,7 +68,7 @@ impl Rules {
         })
     }
 
-    /// Origin of the weight of a metric in a task's score.
+    /// Source on which the weight of a metric in a task's score is based.
     #[must_use]
     pub fn weight_source(&self, task: Task, metric: &str) -> &str {
         let own = self.tasks.get(task.name());

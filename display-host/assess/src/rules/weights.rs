@@ -4,11 +4,15 @@ use super::Rules;
 use crate::metrics::{Metric, Values};
 use crate::task::Task;
 
+/// Points that a metric costs.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Penalty {
     pub(super) metric: Metric,
+    /// Value up to which the metric costs nothing.
     pub(super) free: f64,
+    /// Points for each unit above `free`.
     pub(super) each: f64,
+    /// Largest number of points that the metric costs.
     pub(super) most: f64,
     pub(super) source: Option<String>,
 }

@@ -21,7 +21,7 @@ pub(super) struct File {
     pub(super) injury: Option<Vec<Injury>>,
     #[serde(default)]
     pub(super) penalty: Vec<Penalty>,
-    /// Optional in older files, which ask no more of an exam.
+    /// Optional in older files, which have no additional pass rules for an exam.
     pub(super) exam: Option<Exam>,
     #[serde(default)]
     pub(super) task: BTreeMap<Spanned<String>, Task>,

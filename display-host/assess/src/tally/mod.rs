@@ -49,10 +49,10 @@ pub(crate) struct Tally {
     time_s: f64,
     gaps_s: f64,
     paused_s: f64,
-    /// Time in which a device that the hand needs was gone, s.
+    /// Time without a device that the hand needed, s.
     device_lost_s: f64,
-    /// Devices that were present or silent so far, in earlier attempts too: bits as in
-    /// `Movement::live`.
+    /// Devices that were present or were reported silent so far, also in earlier attempts. The bits
+    /// are those of `Movement::live`.
     seen: u8,
     noise: Noise,
     cautery_s: f64,
@@ -164,10 +164,10 @@ impl Tally {
         seconds
     }
 
-    /// Total to which this time is added if it does not count as the trainee's: pauses, gaps, and
-    /// time without a device that the hand needs. `None` if it counts. Nobody can work without
-    /// haptic device or tracker. Without the pedal there is no current, and only the hook needs
-    /// current. With any other instrument the hands go on, and the time counts.
+    /// Returns the total that takes this time if it is not the trainee's: the total of pauses, of
+    /// gaps, or of time without a device that the hand needs. Returns `None` if the time counts.
+    /// Nobody can work without haptic device or tracker. Without the pedal there is no current, and
+    /// only the hook needs current. So with any other instrument the time counts.
     fn not_the_trainees(
         &mut self,
         moved: &Movement,
@@ -287,7 +287,7 @@ impl Tally {
         sum(&self.removed_in) / sum(&anatomy.volume_in)
     }
 
-    /// Time at each force while the instrument touched, in bins of [`BIN_N`], s.
+    /// Time in each bin of force while the instrument touched, s. A bin is [`BIN_N`] wide.
     pub(crate) fn force_histogram(&self) -> Vec<f64> {
         self.force.histogram()
     }

@@ -24,7 +24,7 @@ fn done(assessment: &Assessment) -> usize {
     steps.iter().filter(|(_, done)| *done).count()
 }
 
-/// Holds the tip there for some time, with the gallbladder in the middle of the picture.
+/// Holds the tip at `tip_m` for `seconds`, with the gallbladder in the middle of the picture.
 fn rest(assessment: &mut Assessment, from_s: f64, seconds: f64, tip_m: [f32; 3]) {
     let mut seen = nothing_seen();
     seen.organs[GALLBLADDER as usize] = OrganSeen::new(1.0, 0.8, 0.05, 0.1);
@@ -45,13 +45,14 @@ fn each_step_has_its_goal_and_begins_after_the_one_before() {
     let mut it = first_steps();
     let far = [0.1, 0.0, -0.05];
     assert_eq!(it.status().hint.unwrap().advice, Advice::Hold);
-    // The organ is in the middle from the start, so the camera must be led first.
+    // The organ is in the middle from the start, so the step also asks for a movement of the
+    // camera.
     rest(&mut it, 0.0, 3.0, far);
     assert_eq!((done(&it), percent(&it)), (0, Some(0)));
     let mut nearer = here(far);
     nearer.world_from_camera.position_m[2] = -0.02;
     it.take(&moved(3.0, nearer));
-    // A grasp comes too early for the third step.
+    // A grasp before the third step does not count.
     rest(&mut it, 3.0, 1.0, far);
     it.take(&event(
         4.0,
@@ -100,7 +101,7 @@ fn a_hint_says_how_much_of_a_dissection_is_left() {
     rest(&mut it, 0.0, 0.5, [0.0; 3]);
     assert_eq!(percent(&it), Some(0));
     remove(&mut it, 0..3);
-    // Three of ten cells, of which nine must go.
+    // Three of ten cells are removed. Nine must be.
     assert_eq!(percent(&it), Some(33));
     remove(&mut it, 3..9);
     let hint = it.status().hint.unwrap();

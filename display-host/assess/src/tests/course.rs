@@ -207,7 +207,7 @@ fn hanging_the_gallbladder_is_a_step_only_if_the_task_starts_there() {
             own.find(|(step, _)| matches!(step, Step::Hang { count: 2 }))
         };
         assert_eq!(step(&assessment).is_some(), hangs, "{task:?}");
-        // Placing one suture twice counts once.
+        // A suture that is placed twice counts once.
         for (number, is_done) in [(0.0, false), (0.0, false), (1.0, hangs)] {
             assessment.take(&event(1.0, EventKind::Stitch.number(), LIVER, 0.0, number));
             assessment.take(&event(2.0, EventKind::Hung.number(), LIVER, 0.0, number));

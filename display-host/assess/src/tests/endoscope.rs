@@ -41,7 +41,7 @@ fn shows(organ: u32) -> Seen {
 fn the_drill_is_done_when_each_organ_was_shown() {
     let rules = Rules::default();
     let mut drill = Assessment::new(Task::Scope, Difficulty::Beginner, rules, anatomy());
-    // In the order of the drill.
+    // The organs in the order of the drill.
     for (number, organ) in [0.0, 1.0, 2.0].into_iter().zip([DUCT, LIVER, ARTERY]) {
         assert!(!drill.is_over());
         let hint = drill.status().hint.expect("a beginner's");

@@ -24,13 +24,14 @@ fn normal(seed: &mut u64) -> f64 {
     (0..12).map(|_| uniform()).sum::<f64>() - 6.0
 }
 
-/// Metrics of a hand whose handle and tip follow `way` for a minute, with this noise, sampled at
-/// this rate.
+/// Metrics of a minute in which the handle and the tip follow `way`. A device with this noise
+/// samples them at this rate.
 fn minute(hz: f64, noise_m: f64, way: impl Fn(f64) -> [f64; 3]) -> Values {
     follow([60.0, hz], [noise_m, 7.0], way)
 }
 
-/// As [`minute`], for a duration in s at a rate in Hz, with noise in m by a seed.
+/// Metrics of a hand that follows `way` as in [`minute`], for `seconds` at `hz` samples/s. The
+/// noise comes from `seed`.
 fn follow(
     [seconds, hz]: [f64; 2],
     [noise_m, seed]: [f64; 2],
@@ -53,7 +54,7 @@ const RATES_HZ: [f64; 5] = [10.0, 30.0, 100.0, 333.0, 1000.0];
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// A smooth movement there and back, with a rest between, from place to place in any direction.
+    /// The hand moves smoothly to a place in any direction, rests there, and moves back.
     #[test]
     fn a_smooth_movement_measures_the_same_at_any_rate_and_with_noise(
         far_m in prop::array::uniform3(0.03f64..0.08), takes_s in 0.8f64..2.5, seed in 1u32..1000,
@@ -79,9 +80,9 @@ proptest! {
             let case = format!("{found:?}, not {path_m} {smoothness}, {hz} Hz, {noise_m} m");
             is(found[1], 2.0);
             prop_assert!((found[0] - path_m).abs() < 0.04 * path_m, "{}", case);
-            // Among 300 random movements, noise changed smoothness by 8 % at most. Among 20,
-            // sampling at 30 Hz changed one by 4 %, because that movement begins between two
-            // samples.
+            // Among 300 random movements, noise changed the smoothness by 8 % at most. Among 20
+            // movements without noise, sampling at 30 Hz changed the smoothness of one by 4 %,
+            // because that one begins between two samples.
             let off = if noise_m > 0.0 { 0.15 } else { 0.08 };
             prop_assert!((found[2] / smoothness - 1.0).abs() < off, "{}", case);
         }
@@ -99,7 +100,7 @@ fn a_resting_hand_with_a_noisy_device_rests_at_every_rate() {
         assert!(path_m < 3e-3, "{path_m} m at {hz} Hz with {noise_m} m");
         is(values.get(Metric::Movements), 0.0);
         assert!(idle_s > 59.5, "{idle_s} s at {hz} Hz with {noise_m} m");
-        // A part of 0.25 s has too few samples of a slow device.
+        // The noise is measured in parts of 0.25 s. A slow device has too few samples in a part.
         let noise_mm = values.get(Metric::Noise);
         assert!(
             hz < 50.0 || (noise_mm - noise_m * 1e3).abs() < 0.2 * noise_m * 1e3 + 0.011,
@@ -162,6 +163,7 @@ fn tremor_is_neither_movement_nor_rest_and_strokes_count_the_same_at_every_rate(
     }
 }
 
+/// Time in which a device was lost counts as [`Metric::DeviceLost`], and not as the trainee's time.
 #[test]
 fn time_without_a_lost_device_is_not_the_trainees() {
     let mut assessment = begin(Task::Free);

@@ -42,7 +42,7 @@ fn injured(organ: &str, injury: InjuryKind) -> Reason {
     Reason::Injured { organ, injury }
 }
 
-/// A task that is done once its vessels are clipped, with an error before.
+/// Makes an error, then clips both vessels. With that, the task is done.
 fn clamp_after(error: &Entry) -> Assessment {
     let mut assessment = begin(Task::Clamp);
     rest(&mut assessment, 0.0, 0.1);
@@ -77,7 +77,7 @@ fn an_opened_bile_duct_ends_the_task_at_once() {
             is(assessed.metrics.get(Metric::Injuries), 1.0);
             assert!(assessed.score <= 60.0, "{}", assessed.score);
         }
-        // Practice goes on.
+        // Free practice goes on.
         let mut practice = begin(Task::Free);
         practice.take(&opened);
         assert!(!practice.is_over());
@@ -94,7 +94,7 @@ fn a_bile_duct_burnt_more_than_its_wall_survives_rules_out_a_pass() {
     assert_eq!(deep.outcome, Outcome::Failed);
     assert_eq!(deep.reasons[0], injured("bile duct", InjuryKind::Burnt));
     assert!(!deep.injuries[0].ends_task);
-    // Heat adds up.
+    // The heat of several burns adds up.
     let mut often = begin(Task::Clamp);
     rest(&mut often, 0.0, 0.1);
     (0..3).for_each(|_| often.take(&burn(0.4)));

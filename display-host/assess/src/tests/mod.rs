@@ -141,6 +141,7 @@ fn rest(assessment: &mut Assessment, from_s: f64, to_s: f64) {
     }
 }
 
+/// Closes the clip of this number on an organ, at `x_m` on the x axis.
 fn clip(assessment: &mut Assessment, at_s: f64, organ: u32, x_m: f32, number: f32) {
     assessment.take(&event(at_s, EventKind::Clip.number(), organ, x_m, number));
 }
@@ -163,11 +164,13 @@ fn cut_open(assessment: &mut Assessment, at_s: f64, organ: u32, open: f32) {
     assessment.take(&event(at_s, EventKind::Divided.number(), organ, 0.0, open));
 }
 
+/// Asserts that two numbers are equal, apart from rounding.
 #[track_caller]
 fn is(found: f64, expected: f64) {
     assert!((found - expected).abs() < 1e-12, "{found}, not {expected}");
 }
 
+/// Kinds of the alarms, in order.
 fn kinds(assessed: &Assessed) -> Vec<AlarmKind> {
     assessed.alarms.iter().map(|alarm| alarm.kind).collect()
 }

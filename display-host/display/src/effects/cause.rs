@@ -44,7 +44,7 @@ pub struct Effect {
     /// Duration of the source, s. Char appears at once, as wide as a current of this duration burns
     /// it.
     pub lasts_s: f32,
-    /// Flow of blood or bile at strength 1; nothing for other kinds.
+    /// Flow of blood or bile at strength 1. Other kinds have no flow.
     pub flow: Flow,
 }
 
@@ -53,13 +53,13 @@ pub struct Effect {
 pub struct Flow {
     /// Mean flow, ml/min.
     pub ml_min: f32,
-    /// True if it spurts with the heartbeat, as from an artery; false if it oozes.
+    /// True if the flow spurts with the heartbeat, as from an artery; false if it oozes.
     pub pulses: bool,
 }
 
 impl Flow {
-    /// Flow from an organ of this kind when it is fully open: that of the rules by which the
-    /// operation is assessed, so that the picture and the metrics tell the same volume.
+    /// Flow from an organ of this kind when it is fully open. The flow comes from the rules that
+    /// assess the operation, so that the picture and the metrics tell the same volume.
     #[must_use]
     pub fn of_organ(rules: &Rules, organ: OrganKind) -> Self {
         let pulses = matches!(organ, OrganKind::CysticArtery | OrganKind::Vessel);
@@ -71,7 +71,7 @@ impl Flow {
 }
 
 impl Effect {
-    /// Duration of a leak, s. It flows until it is reported closed.
+    /// Duration that marks an effect as a leak, s. A leak flows until a report closes it.
     pub const LEAK_S: f32 = LEAK_S;
 
     /// True for the report of a leak, which lasts until another report changes or closes it.
@@ -96,8 +96,8 @@ impl Effect {
             {
                 (Kind::Bile, 1.0)
             }
-            // Only tubes and bands tear. A tear or cut of the gallbladder is therefore in its bed,
-            // which bleeds a little.
+            // Only tubes and bands tear. So a tear or cut of the gallbladder lies in its bed, which
+            // bleeds a little.
             _ => (Kind::Blood, 0.5),
         };
         let is_tube = matches!(
@@ -105,7 +105,7 @@ impl Effect {
             Organ::CysticDuct | Organ::BileDuct | Organ::CysticArtery | Organ::Vessel
         );
         let (strength, lasts_s) = match event_kind {
-            // The content of the tube flows out. A leak that continues has events of its own.
+            // The content of the tube flows out. If a leak remains, it has events of its own.
             Event::Tear { .. } | Event::Cut { .. } if is_tube => (0.5 * much, 1.5),
             Event::Tear { .. } => (0.5 * much, 6.0),
             Event::Cut { .. } => (much, 10.0),
@@ -125,8 +125,8 @@ impl Effect {
 
     /// Effects of an electrode in contact with tissue during `seconds`. Cutting (switch 1) sparks,
     /// and smokes and chars a little. Coagulation (switch 2) smokes, steams and chars. `touched`
-    /// lists the spheres in contact with any tool, centre and radius in m. Only those at the
-    /// electrode's tip count, because a shaft that rests on tissue burns nothing.
+    /// gives the centre and the radius, m, of each sphere in contact with any tool. Only spheres at
+    /// the electrode's tip count, because a shaft that rests on tissue burns nothing.
     #[must_use]
     pub fn of_electrode(
         tools: &ToolFrame,

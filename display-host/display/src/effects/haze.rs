@@ -3,12 +3,12 @@
 
 use super::{Kind, Particle};
 
-/// Attenuation added by a puff once it has spread through the cavity, 1/m. Ten seconds of full
-/// coagulation, some 480 puffs, take a fifth of the light from tissue 7 cm away.
+/// Attenuation of light that a puff adds once it has spread through the cavity, 1/m. Ten seconds of
+/// full coagulation, some 480 puffs, take a fifth of the light from tissue 7 cm away.
 const PUFF_PER_M: f32 = 0.006;
-/// Largest attenuation, 1/m. Nothing is visible through it.
+/// Largest attenuation of light, 1/m. Nothing is visible through such smoke.
 const THICKEST_PER_M: f32 = 40.0;
-/// Time constant with which smoke settles and leaks out, s: a third is left after a minute.
+/// Time constant with which smoke settles and leaks out, s. A third is left after a minute.
 const SETTLES_S: f32 = 55.0;
 /// Time constant with which an open trocar valve exchanges the cavity's gas, s.
 const DRAWN_OFF_S: f32 = 4.0;
@@ -17,7 +17,7 @@ pub(super) const DRAUGHT_M_S: f32 = 0.06;
 /// Distance from the trocar at which puffs leave the cavity, m.
 pub(super) const MOUTH_M: f32 = 0.01;
 
-/// Density of the spread smoke.
+/// Density of the spread smoke, as the attenuation of light, 1/m.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Haze {
     pub(super) per_m: f32,

@@ -31,22 +31,24 @@ use self::source::Source;
 pub use self::stain::{STAINS, Skin, Stain};
 pub use self::wear::Wear;
 
-/// Largest number of sources. A new one then replaces the oldest.
+/// Largest number of sources. A further source replaces the oldest.
 const SOURCES: usize = 48;
 /// Time step of the effects, s. It is fixed, so that the pictures do not depend on the frame rate.
 const STEP_S: f32 = 1.0 / 120.0;
 /// Coagulation stops bleeding within this distance, m.
 const DRIED_M: f32 = 0.004;
-/// Leaks of one kind that are nearer to each other than this are one leak, m. All events of a leak
-/// have the same position.
+/// Reports of one kind of leak, nearer to each other than this, belong to one leak, m. All events
+/// of a leak have the same position.
 const SAME_LEAK_M: f32 = 0.000_1;
-/// Largest number of steps that particles catch up with in one frame.
+/// Largest number of steps in one frame that move particles. In a longer frame only the last steps
+/// move them.
 const CATCH_UP: u32 = 30;
-/// Number of steps after which blood and bile make one step.
+/// Number of steps of the effects for one step of blood and bile.
 const FLUID_EVERY: u32 = 4;
-/// Number of steps of blood and bile in one frame, above which they become longer.
+/// Largest number of steps of blood and bile in one frame. In a longer frame their steps are
+/// longer.
 const FLUID_STEPS_MAX: u32 = 45;
-/// Longest time that blood and bile catch up with in one frame, s.
+/// Longest time that the effects advance in one frame, s. The rest of a longer frame is skipped.
 const FLOWS_MAX_S: f32 = 20.0;
 
 /// All running effects.
@@ -63,8 +65,9 @@ pub struct Effects {
     suction_m: Option<Vec3>,
     /// Unit vector against gravity.
     up: Vec3,
+    /// Time that is too short for a step and is left for the next frame, s.
     left_s: f32,
-    /// Steps since the last one of blood and bile.
+    /// Steps of the effects since the last step of blood and bile.
     waited: u32,
     /// Count of emitted particles. It seeds their randomness, so the same effects give the same
     /// pictures.
@@ -128,8 +131,8 @@ impl Effects {
         if effect.along == Vec3::ZERO {
             effect.along = vertex.map_or(self.up, |v| skin.normal(v));
         }
-        // Reports of one kind within 2 mm renew one source, such as a current. Leaks do not: the
-        // two ends of a cut tube are two sources.
+        // A new effect of the same kind within 2 mm renews the source, as while a current goes on.
+        // A leak renews none: the two ends of a cut tube are two sources.
         let same = |s: &&mut Source| {
             s.effect.kind == effect.kind
                 && !s.effect.is_leak()
@@ -146,14 +149,14 @@ impl Effects {
         self.sources.push(Source::new(effect, vertex));
     }
 
-    /// Advances the effects by `seconds`. Of a long time, particles play only the end; blood and
-    /// bile flow all the time, up to `FLOWS_MAX_S`.
+    /// Advances the effects by `seconds`, of which at most `FLOWS_MAX_S` count. Blood and bile flow
+    /// all this time. All else advances only in the last [`CATCH_UP`] steps.
     pub fn advance(&mut self, seconds: f32, skin: &Skin<'_>) {
         let seconds = if seconds.is_finite() { seconds } else { 0.0 };
         self.left_s += seconds.clamp(0.0, FLOWS_MAX_S);
         let steps = (self.left_s / STEP_S) as u32;
         self.left_s = (self.left_s - steps as f32 * STEP_S).max(0.0);
-        // Fluid takes longer steps through a long time.
+        // In a long time, each step of the fluid is longer.
         let stride = FLUID_EVERY * steps.div_ceil(FLUID_EVERY * FLUID_STEPS_MAX).max(1);
         self.fluids.begin_moment(skin);
         for step in 0..steps {
@@ -167,7 +170,8 @@ impl Effects {
         }
     }
 
-    /// A step. Time that is not played passes for sources of blood and bile only.
+    /// Makes one step of the effects. A step that is not played advances only the sources of blood
+    /// and bile.
     fn step(&mut self, is_played: bool, skin: &Skin<'_>) {
         let Self {
             sources,
@@ -205,7 +209,8 @@ impl Effects {
         });
     }
 
-    /// Evacuates smoke through a trocar at this position (world frame, m). `None` stops it.
+    /// Evacuates smoke through a trocar at this position (world frame, m). `None` stops the
+    /// evacuation.
     pub fn draw_off(&mut self, port_m: Option<Vec3>) {
         self.suction_m = port_m.filter(|it| it.is_finite());
     }
@@ -284,7 +289,7 @@ fn throw(particles: &mut Vec<Particle>, particle: Particle) {
     particles.push(particle);
 }
 
-/// Three pseudo-random numbers from −1 to 1, always the same ones for the same count.
+/// Three pseudo-random numbers from −1 to 1. Equal counts give equal numbers.
 pub(crate) fn chance(count: u32) -> Vec3 {
     let one = |k: u32| {
         let mut h = (count.wrapping_mul(3).wrapping_add(k)).wrapping_mul(0x9e37_79b9);

@@ -24,7 +24,7 @@ pub struct Particle {
     pub lasts_s: f32,
     /// Initial radius, m.
     pub size_m: f32,
-    /// A random number from 0 to 1 that makes the particle look different from others.
+    /// The particle's own random number, from 0 to 1. It makes particles look different.
     pub own: f32,
 }
 
@@ -54,7 +54,7 @@ impl Particle {
         self.age_s += step_s;
         match self.kind {
             Kind::Smoke | Kind::Steam => {
-                // Still air slows the puff; heat lifts it, and eddies move it about.
+                // The gas slows the puff; heat lifts it, and eddies move it about.
                 let rise = up * (0.035 * (1.0 - 0.7 * self.life()));
                 let wind = rise + eddies(self.at_m, self.age_s, self.own) * 0.016 + draught_m_s;
                 self.velocity_m_s += (wind - self.velocity_m_s) * (4.0 * step_s);
@@ -71,7 +71,7 @@ impl Particle {
     }
 }
 
-/// A divergence-free flow: no component depends on its own coordinate.
+/// Velocity of a flow without divergence, because no component depends on its own coordinate.
 fn eddies(at_m: Vec3, age_s: f32, own: f32) -> Vec3 {
     let p = at_m * 60.0 + Vec3::splat(own * 9.0);
     let t = age_s * 0.9;

@@ -14,22 +14,22 @@ use crate::render::Renderer;
 const LOOK_S: f32 = 1.0 / 30.0;
 /// Number of ticks in [`LOOK_S`], rounded down.
 const LOOK_TICKS: u64 = 33;
-/// Period of the tick, s. Effects follow the record's time, so that a replay of any speed shows as
-/// much blood as the run did.
+/// Period of the tick, s. Effects follow the time that the ticks count, so that a replay of any
+/// speed shows as much blood as the run did.
 pub(crate) const TICK_S: f32 = 0.001;
-/// Longest time between two pictures that is played, s. Of a longer time only the end is played,
-/// because no particle lives longer.
+/// Longest time between two pictures that is played, s. Of a longer time only the end is played. No
+/// particle lives longer than that.
 const STRETCH_MAX_S: f32 = 20.0;
 /// Largest number of effects that are kept between two pictures.
 const EFFECTS_MAX: usize = 4096;
 
-/// Data of a scene that turn an event or a sample into effects: the kinds of its organs, and the
-/// radii of its spheres, m.
+/// Data from which an event or a sample of the electrode becomes effects: the kinds of a scene's
+/// organs, the radii of its spheres (m), and the rules.
 #[derive(Debug)]
 pub(crate) struct Causes {
     organ_kinds: Vec<Option<OrganKind>>,
     radii_m: Vec<f32>,
-    /// Flow of each kind of organ.
+    /// Rules of the assessment. They give the flow of each kind of organ.
     rules: Rules,
 }
 
@@ -73,11 +73,13 @@ pub(crate) struct EffectCollector {
     since: Option<u64>,
     /// Tick of the last sample of the electrode.
     looked: u64,
+    /// True if earlier effects were dropped since the last picture.
     cleared: bool,
 }
 
-/// Effects between two pictures.
+/// Time between two pictures, and the effects that begin in it.
 pub(crate) struct Stretch {
+    /// Length of the stretch.
     seconds: f32,
     /// New effects, and the time of each since the start of the stretch, s.
     began: Vec<(f32, Effect)>,

@@ -1,4 +1,4 @@
-//! Sources, which emit particles, and pour blood and bile on the skin.
+//! Sources. They emit particles, and they pour blood and bile on the skin.
 
 use glam::Vec3;
 
@@ -11,14 +11,16 @@ use super::{Effect, Kind, chance, throw};
 const BEAT_S: f32 = 0.86;
 /// Pressure of an artery between the beats, as a share of its peak.
 const RESTING: f32 = 0.15;
-/// Duration of a beat's pressure, as a share of the period.
+/// Width of a beat's bell of pressure, as a share of the period: the added pressure is `exp(−(phase
+/// / BEAT)²)`.
 const BEAT: f32 = 0.22;
-/// Mean of an artery's pressure over a beat, as a share of its peak: the area under the beat's bell
-/// (half of √π times its width) and what rests.
+/// Mean of an artery's pressure over a period, as a share of its peak. The area under the bell is
+/// half of √π times its width; the pressure between the beats is added.
 const MEAN: f32 = RESTING + (1.0 - RESTING) * 0.886_227 * BEAT;
 /// Speed of blood that spurts at an artery's peak, m/s.
 const SPURT_M_S: f32 = 0.42;
-/// Share of an artery's blood that spurts at the peak. The rest runs down.
+/// Share of an artery's blood that spurts while the pressure is above [`SPURTS`]. The rest runs
+/// down.
 const SPURTING: f32 = 0.45;
 /// Pressure above which blood spurts, as a share of the peak.
 const SPURTS: f32 = 0.4;
@@ -30,7 +32,7 @@ const SPURT_M3: f64 = 3e-9;
 pub(super) struct Source {
     pub(super) effect: Effect,
     age_s: f32,
-    /// Accumulated fraction of the next particle.
+    /// Part of the next particle that is already due, from 0 to 1.
     due: f32,
     /// Volume of blood or bile that is to leave with the next parcel, m³.
     due_m3: f64,
@@ -49,7 +51,7 @@ impl Source {
         }
     }
 
-    /// Renews the effect: its duration counts from now.
+    /// Replaces the effect by a new one, whose duration counts from now.
     pub(super) fn go_on(&mut self, effect: &Effect) {
         self.effect = *effect;
         self.age_s = 0.0;
@@ -59,7 +61,7 @@ impl Source {
         self.age_s < self.effect.lasts_s
     }
 
-    /// Pressure of an artery as a share of its peak.
+    /// Present pressure of an artery, as a share of its peak.
     fn beat(&self) -> f32 {
         let phase = (self.age_s / BEAT_S).fract();
         RESTING + (1.0 - RESTING) * (-(phase / BEAT).powi(2)).exp()
@@ -107,7 +109,7 @@ impl Source {
         }
     }
 
-    /// Pours what flows in a step.
+    /// Pours the blood or bile that flows in a step.
     fn pour(&mut self, step_s: f32, skin: &Skin<'_>, fluids: &mut Fluids, thrown: &mut u32) {
         let mean_m3_s =
             f64::from(self.effect.flow.ml_min * self.effect.strength.min(2.0)) * 1e-6 / 60.0;

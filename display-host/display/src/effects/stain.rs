@@ -1,4 +1,4 @@
-//! Stains on the skin: char. They are stored by position on the tissue at rest, so that they move
+//! Stains on the skin: char. A stain is stored at its place on the tissue at rest, so that it moves
 //! with the tissue.
 
 use glam::Vec3;
@@ -13,7 +13,7 @@ use crate::skinning::motion::Motion;
 pub const STAINS: usize = 64;
 /// Distance from a sphere's surface at which a drop meets skin, m.
 const SKIN_M: f32 = 0.0015;
-/// Largest distance from the nearest vertex of the skin at which a point counts as on the skin, m.
+/// Distance from the nearest vertex of the skin, m, below which a point counts as on the skin.
 const REACH_M: f32 = 0.012;
 /// Speed at which the radius of char grows under a full current, m/s.
 const CHAR_M_S: f32 = 0.003;
@@ -73,7 +73,8 @@ impl<'a> Skin<'a> {
         self.mesh.place(vertex, self.motions)
     }
 
-    /// A triangle at a vertex, and the weights of its corners there.
+    /// A drawn triangle at a vertex, and the weights of its corners at this place: 1 for the
+    /// vertex, 0 for the others.
     pub(super) fn place_at(&self, vertex: usize) -> Option<(u32, [f32; 3])> {
         let ring = self.mesh.ring_first.get(vertex..vertex + 2)?;
         let around = self.mesh.ring.get(ring[0] as usize..ring[1] as usize)?;
@@ -109,7 +110,7 @@ impl<'a> Skin<'a> {
         let spheres = self.rest.iter().zip(self.now);
         let far = |center: [f32; 3]| Vec3::from(center).distance_squared(at_m);
         let (rest, now) = spheres.min_by(|a, b| far(a.1.center_m).total_cmp(&far(b.1.center_m)))?;
-        // The point's position in the tissue at rest, by the displacement of the nearest sphere.
+        // The displacement of the nearest sphere gives the point's position in the tissue at rest.
         let at = at_m - Vec3::from(now.center_m) + Vec3::from(rest.center_m);
         let vertices = self
             .mesh
@@ -133,8 +134,8 @@ impl<'a> Skin<'a> {
     }
 }
 
-/// Adds a stain. If one of its kind is there already, enlarges that one by `grow_m`, up to
-/// `most_m`.
+/// Adds a stain. If a stain of its kind is there already, that stain grows by `grow_m` instead, up
+/// to the radius `most_m`.
 fn add(stains: &mut Vec<Stain>, stain: Stain, grow_m: f32, most_m: f32) {
     let same = |s: &&mut Stain| {
         s.kind == stain.kind
@@ -147,7 +148,7 @@ fn add(stains: &mut Vec<Stain>, stain: Stain, grow_m: f32, most_m: f32) {
         return;
     }
     if stains.len() == STAINS {
-        // Replace the smallest stain, which is least conspicuous.
+        // The smallest stain is replaced, because it is the least conspicuous one.
         let smallest =
             (0..STAINS).min_by(|&a, &b| stains[a].radius_m.total_cmp(&stains[b].radius_m));
         stains.remove(smallest.unwrap_or(0));
@@ -155,8 +156,8 @@ fn add(stains: &mut Vec<Stain>, stain: Stain, grow_m: f32, most_m: f32) {
     stains.push(stain);
 }
 
-/// Adds char. `current_s` is the duration of the current times its strength. The char grows by this
-/// product alone, so the frame rate does not matter.
+/// Adds char. `current_s` is the duration of the current times its strength. The growth depends on
+/// this product alone, so the frame rate does not matter.
 pub(super) fn char(stains: &mut Vec<Stain>, skin: &Skin<'_>, vertex: usize, current_s: f32) {
     let grow_m = CHAR_M_S * current_s;
     let stain = Stain {

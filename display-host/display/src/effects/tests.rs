@@ -166,7 +166,7 @@ fn the_flow_of_each_organ_is_that_of_the_metrics() {
         let mesh = SkinMesh::default();
         let skin = Skin::new(&mesh, &[], &[], &[]);
         effects.begin(&leak, &skin);
-        // Ten beats of a heart, s.
+        // The effects run for 8.6 s, which are ten heartbeats.
         for _ in 0..86 {
             effects.advance(0.1, &skin);
         }
@@ -324,7 +324,7 @@ fn work_leaves_char_and_blood_on_the_instrument_until_it_is_exchanged() {
     };
     effects.begin(&here(Kind::Char, Vec3::X), &skin);
     effects.begin(&here(Kind::Blood, Vec3::X), &skin);
-    // Blood on the shaft does not count.
+    // Blood that meets the shaft leaves no residue on the jaws.
     effects.begin(&here(Kind::Blood, Vec3::Y * 0.3), &skin);
     effects.advance(0.2, &skin);
     assert!(effects.wear().charred <= 0.0 && effects.wear().bloody <= 0.0);

@@ -10,15 +10,15 @@ use super::{Effect, Kind, Source};
 
 /// Time in which a full current chars a clean electrode completely, s.
 const CHARRED_S: f32 = 5.0;
-/// Burnt tissue chars the electrode if it is no farther from its axis than this, m.
+/// Distance from the electrode's axis, m, within which burnt tissue chars the electrode.
 const OWN_M: f32 = 0.006;
 /// Distance from a source within which its blood or bile wets the jaws, m.
 const MOUTH_M: f32 = 0.008;
 /// Time in which a source of strength 1 wets the jaws completely, s.
 const WETTED_S: f32 = 1.5;
-/// A drop near the jaws wets them as fast as a source of this strength.
+/// Strength of a source that wets the jaws as fast as one drop near them.
 const DROP: f32 = 0.3;
-/// A drop wets the jaws if its surface is no farther from their axis than this, m.
+/// Distance from the axis of a jaw, m, within which a drop's surface wets the jaws.
 const DROP_M: f32 = 0.002;
 /// Largest number of capsules of a working end that are kept.
 const JAWS: usize = 3;
@@ -39,7 +39,7 @@ pub struct Wear {
 }
 
 impl Wear {
-    /// Takes the present instrument and the place of its working end. A changed instrument is
+    /// Takes the present instrument and the place of its working end. A newly taken instrument is
     /// clean.
     pub(super) fn hold(&mut self, tools: &ToolFrame) {
         if tools.instrument != self.instrument {

@@ -22,15 +22,15 @@ use crate::words::Words;
 
 /// Number of directions from which the best view of an organ is chosen.
 const SIDES: usize = 48;
-/// Largest number of an organ's vertices with which a direction is rated.
+/// Largest number of an organ's vertices by which a direction of view is rated.
 const JUDGES: usize = 160;
 /// Largest distance from which an organ is viewed in place, m.
 const IN_PLACE_MAX_M: f32 = 0.19;
 /// Angle of a fully open jaw, rad.
 const JAW_RAD: f32 = 0.4;
 
-/// Rounds in which an inclined endoscope finds its place, and the share of the error that each
-/// corrects.
+/// Number of rounds in which an inclined endoscope finds its place, and the share of the error that
+/// each round corrects.
 const INCLINED: usize = 24;
 const INCLINED_SHARE: f32 = 0.3;
 
@@ -239,8 +239,8 @@ pub(super) fn all(scene: &SceneFile, size: [u32; 2]) -> Vec<Shot> {
     shots
 }
 
-/// Two pictures of layered tissue: without the third that is nearest to the viewer, and without any
-/// of it. An organ without cells gives no picture.
+/// Two pictures of an organ of layered tissue. In the first, the third of its cells nearest to the
+/// viewer is removed; in the second, all of them. An organ without cells gives no picture.
 fn dissected(
     scene: &SceneFile,
     (number, organ): (usize, &OrganRecord),
@@ -350,15 +350,16 @@ fn subject(scene: &SceneFile) -> Vec3 {
             .max(0.03)
 }
 
-/// Pose of the shaft of an endoscope whose view is inclined downwards by this angle, rad, and has
-/// the place in its middle. The shaft passes through its port, as deep as at the beginning.
+/// Pose of an endoscope's shaft. The view is inclined downwards by this angle, rad, and has `place`
+/// in its middle. The shaft passes through its port, as deep as at the beginning.
 fn inclined(scene: &SceneFile, angle: f32, place: Vec3) -> PoseMsg {
     let room = scene.room();
     let port = Vec3::from(room.endoscope_port_m);
     let deep_m = port.distance(Vec3::from(room.world_from_camera.position_m));
     let mut pose = room.world_from_camera;
-    // Each round turns the shaft by a share of what the place is off the view's middle. The lens
-    // moves with the shaft, so the place moves about three times as far across the picture.
+    // The place is off the view's middle by an angle. Each round turns the shaft by a share of this
+    // angle. The lens moves with the shaft, so the place moves about three times as far across the
+    // picture.
     for _ in 0..INCLINED {
         let shaft = matrix(&pose);
         let to = shaft.inverse().transform_point3(place);
@@ -416,8 +417,8 @@ fn judges(scene: &SceneFile, organ: &OrganRecord) -> Vec<(Vec3, Vec3)> {
         .collect()
 }
 
-/// Direction from which most of an organ is visible. Other organs hide parts of it if they are
-/// `there`.
+/// Direction from which most of an organ is visible. If other organs are `there`, they hide parts
+/// of it.
 fn best_side(scene: &SceneFile, organ: &OrganRecord, there: bool) -> Vec3 {
     let judges = judges(scene, organ);
     let eye = Vec3::from(scene.room().world_from_camera.position_m);

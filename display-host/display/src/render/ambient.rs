@@ -1,5 +1,5 @@
-//! Ambient light at rest: the share of the cavity's light that reaches each vertex past the spheres
-//! of all organs. It is computed once, when the scene loads.
+//! Ambient light at rest. The spheres of all organs shade each vertex, and a share of the cavity's
+//! light reaches it. The share is computed once, when the scene loads.
 
 use glam::Vec3;
 use shared_mem::scene::SphereRecord;
@@ -11,8 +11,9 @@ const RAYS: usize = 48;
 /// Distance beyond which a sphere casts no shade, m.
 const REACH_M: f32 = 0.045;
 
-/// Multiplies [`RestVertex::ambient`] by the open share, found by rays cast against the spheres.
-/// O(vertices · (spheres + rays · near spheres)), on every core that the process may use.
+/// Multiplies [`RestVertex::ambient`] by the open share. The open share is the mean length of rays
+/// from the vertex to the nearest sphere, of at most [`REACH_M`], as a share of [`REACH_M`]. The
+/// cost is O(vertices · (spheres + rays · near spheres)), on every core that the process may use.
 pub(super) fn bake(mesh: &mut SkinMesh, spheres: &[SphereRecord]) {
     let directions = hemisphere();
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
@@ -60,7 +61,8 @@ fn open_share(vertex: &RestVertex, spheres: &[SphereRecord], directions: &[Vec3]
         let nearest = hit.fold(REACH_M, f32::min);
         open += nearest / REACH_M;
     }
-    // Darker than in proportion to the open share: a gap absorbs part of the light on its way.
+    // The exponent makes gaps darker than their open share, because a gap absorbs part of the light
+    // on its way.
     (open / directions.len() as f32).powf(1.4)
 }
 

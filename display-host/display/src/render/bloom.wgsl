@@ -1,6 +1,7 @@
-// Glare: light brighter than the screen, halved in size and blurred.
+// Glare. One pass takes the light that is brighter than the screen, halves its size and blurs it.
+// Further passes halve and blur it again.
 
-// Exposed light below this causes no glare; 0 for the later halvings.
+// Exposed light below this causes no glare. The threshold is 0 in the further passes.
 override THRESHOLD: f32 = 0.0;
 struct Exposure { value: f32, unused0: f32, unused1: f32, unused2: f32 }
 

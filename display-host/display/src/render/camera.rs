@@ -6,7 +6,7 @@ use shared_mem::message::{PoseMsg, ToolFrame};
 
 use super::layout::{Frame, SHADING_CAPSULES};
 
-/// Range of the camera's focus, m.
+/// Nearest and farthest focus distance of the camera, m.
 const FOCUS_M: [f32; 2] = [0.015, 0.3];
 /// Factor by which one step of the focus ring changes the focus distance.
 const FOCUS_STEP: f32 = 1.25;
@@ -18,10 +18,10 @@ pub struct Scope {
     pub half_angle: f32,
     /// Angle between view and shaft, rad: 0°, 30° or 45° in practice.
     pub angle: f32,
-    /// Turn of the light cable, and of the inclined view with it, about the shaft, rad. At 0 the
-    /// view is inclined downwards. The picture stays upright, because the camera is held.
+    /// Turn of the light cable about the shaft, rad. The inclined view turns with the cable, and at
+    /// 0 it is inclined downwards. The picture stays upright, because the camera is held.
     pub turned: f32,
-    /// Radius of the circle in half heights of the picture.
+    /// Radius of the circular picture, in half heights: halves of the rectangle's height.
     pub circle: f32,
     /// Focus distance of the camera, m.
     pub focus_m: f32,
@@ -29,7 +29,7 @@ pub struct Scope {
     pub is_free_eye: bool,
     /// Position of the light's exit beside the lens, in the frame of the view, m.
     pub light_offset: Vec3,
-    /// Strength of the light: irradiance at 1 m in arbitrary units; exposure is automatic.
+    /// Strength of the light: irradiance at 1 m, in arbitrary units, because exposure is automatic.
     pub light_strength: f32,
     /// Half angle of the light cone, rad.
     pub light_half_angle: f32,
@@ -73,15 +73,15 @@ impl Scope {
         matrix(&tools.world_from_camera) * Mat4::from_quat(tilt)
     }
 
-    /// Distance from the picture's middle, in half heights, of a point at this angle (rad) off the
-    /// direction of view.
+    /// Distance from the picture's middle, in half heights, at which a point appears. The point
+    /// lies at this angle (rad) off the direction of view.
     #[must_use]
     pub fn on_picture(&self, angle: f32) -> f32 {
         angle / self.half_angle * self.circle
     }
 
-    /// Direction, in the frame of the view, of a place in the picture, relative to its middle, in
-    /// half heights, y up. `None`: outside the circle.
+    /// Direction in the frame of the view that belongs to a place in the picture. The place is
+    /// given from the picture's middle, in half heights, y up. `None` outside the circle.
     #[must_use]
     pub fn direction(&self, at: Vec2) -> Option<Vec3> {
         let angle = at.length() / self.circle * self.half_angle;
@@ -89,8 +89,8 @@ impl Scope {
         (angle < self.half_angle).then(|| off.extend(-angle.cos()))
     }
 
-    /// Position in the picture, relative to its middle, in half heights, y up, of a point in the
-    /// frame of the view (m). `None`: outside the circle.
+    /// Place in the picture at which a point in the frame of the view (m) appears. The place is
+    /// given from the picture's middle, in half heights, y up. `None` outside the circle.
     #[must_use]
     pub fn project(&self, at: Vec3) -> Option<Vec2> {
         let off = Vec2::new(at.x, at.y);
@@ -102,7 +102,7 @@ impl Scope {
 /// Exposure of the camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exposure {
-    /// Share of the difference to the desired exposure that a frame makes up. 1 reaches it at once.
+    /// Share of the way to the desired exposure that one frame goes. With 1, one frame reaches it.
     pub adapt: f32,
     /// Desired mean brightness.
     pub key: f32,
@@ -135,7 +135,7 @@ pub fn matrix(pose: &PoseMsg) -> Mat4 {
     Mat4::from_rotation_translation(turn, Vec3::from(pose.position_m))
 }
 
-/// Pose of a camera at `eye` that looks at `at`, as upright as possible.
+/// Pose of a camera at `eye` that looks at `at`, with the world's y towards the picture's top.
 #[must_use]
 pub fn looking(eye: Vec3, at: Vec3) -> PoseMsg {
     upright(eye, at, Vec3::Y)
@@ -158,7 +158,7 @@ pub fn upright(eye: Vec3, at: Vec3, up: Vec3) -> PoseMsg {
     }
 }
 
-/// Fills a frame's uniform. Depth is reversed and infinite: 1 at the near plane, 0 at infinity.
+/// Uniform of a frame. Depth is reversed: 1 at the near plane, 0 at infinity.
 #[must_use]
 pub fn frame(
     tools: &ToolFrame,
@@ -171,7 +171,8 @@ pub fn frame(
     let world_from_camera = scope.world_from_view(tools);
     let [width, height] = size.map(|s| s as f32);
     let aspect = width / height;
-    // A circle of radius 1 touches the top edge of the picture.
+    // This is the tangent of the angle of view at the picture's top edge, which a circle of radius
+    // 1 touches.
     let tangent = (scope.half_angle / scope.circle.max(1.0)).tan();
     let clip_from_camera =
         projection::perspective_infinite_reverse(2.0 * tangent.atan(), aspect, scope.near_m);

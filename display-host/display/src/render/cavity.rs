@@ -9,14 +9,15 @@ use crate::skinning::RestVertex;
 
 /// Numbers of points of the shell, around and from pole to pole.
 const SHELL: [usize; 2] = [120, 72];
-/// Largest angle about the direction of the instrument's trocar over which the wall is pulled to
-/// the trocar, rad.
+/// The wall is pulled to the instrument's trocar so that the trocar passes through it. This is the
+/// largest angle about the trocar's direction over which the wall is pulled, rad.
 const DRAWN_RAD: f32 = 0.5;
-/// Distances of a trocar from the cavity's middle, as shares of the distance to the wall, at which
-/// the wall is pulled to the trocar. A nearer or farther trocar passes through no wall.
+/// Range of a trocar's distance from the cavity's middle, as a share of the distance to the wall.
+/// Within the range, the wall is pulled to the trocar. A nearer or farther trocar passes through no
+/// wall.
 const DRAWN: core::ops::Range<f32> = 0.45..1.4;
-/// Least distance from the cavity's middle to the wall behind the eye, as a multiple of the eye's
-/// distance from the middle.
+/// Least distance from the cavity's middle to the wall behind the eye. It is given as a multiple of
+/// the eye's distance from the middle.
 const BEHIND_EYE: f32 = 1.06;
 /// Number of points along a side of the apron.
 const APRON: usize = 150;
@@ -85,7 +86,8 @@ impl Space {
         low = low.min(eye);
         high = high.max(eye);
         let centre = (low + high) / 2.0;
-        // Leave room to look around, but keep the wall behind the organs within reach of the light.
+        // The cavity leaves room to look around, but the wall behind the organs stays within reach
+        // of the light.
         let half = (high - low) / 2.0;
         let radii = half * 1.45 + Vec3::new(0.035, 0.02, 0.02);
         let share = |p: Vec3| (p - centre) / radii;
@@ -101,8 +103,8 @@ impl Space {
         }
     }
 
-    /// Distance from the middle to the wall in this direction, in shares of the radii. `usual` is
-    /// the distance without a trocar.
+    /// Distance from the middle to the wall in the direction `way`, in shares of the radii. `usual`
+    /// is the distance without a trocar.
     fn wall(&self, way: Vec3, usual: f32) -> f32 {
         let Some((trocar, angle)) = self.trocar else {
             return usual;
@@ -129,7 +131,8 @@ fn drawn_to(trocar: Vec3, eye: Vec3) -> Option<(Vec3, f32)> {
     DRAWN.contains(&far).then_some((trocar, angle))
 }
 
-/// 1 in the direction of a trocar, 0.37 at this angle off it, and about 0 at twice the angle.
+/// Nearness of a direction to that of a trocar: 1 in the trocar's direction, 0.37 at `angle` off
+/// it, and about 0 at twice the angle.
 fn nearness(way: Vec3, trocar: Vec3, angle: f32) -> f32 {
     let off = way.angle_between(trocar) / angle;
     (-off * off).exp()
@@ -156,7 +159,7 @@ impl Cavity {
             for i in 0..around {
                 let turn = i as f32 / around as f32 * core::f32::consts::TAU;
                 let d = Vec3::new(flat * turn.cos(), height, flat * turn.sin());
-                // Broad, soft folds of the wall.
+                // The wall has broad, soft folds.
                 let folds = noise(d * 2.1 + 3.7).1 * 0.10 + noise(d * 5.3 + 1.1).1 * 0.035;
                 let at = space.world(d * space.radii * space.wall(d, 1.0 + folds));
                 self.vertices
@@ -232,7 +235,7 @@ impl Cavity {
     }
 }
 
-/// Rounded lobes next to each other: height and openness of a place (0 in a crevice, up to 1).
+/// Height of rounded lobes at a place, and the openness there: 0 in a crevice, up to 1.
 fn lobes(at: Vec2) -> (f32, f32) {
     let warp = noise(Vec3::new(at.x, at.y, 2.0) * 0.6).0.truncate() * 0.35;
     cells(at + warp, 11)
@@ -243,7 +246,8 @@ fn lobes_fine(at: Vec2) -> (f32, f32) {
     cells(at + warp, 29)
 }
 
-/// Smooth cellular bumps: a soft maximum over domes at jittered grid points.
+/// Height and openness of smooth, packed bumps. The height is a soft maximum over domes at jittered
+/// grid points.
 fn cells(at: Vec2, seed: u32) -> (f32, f32) {
     let cell = at.floor();
     let (mut sum, mut most) = (0.0f32, 0.0f32);

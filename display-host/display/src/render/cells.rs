@@ -1,11 +1,11 @@
 //! Drawing of dissected layered tissue: the faces of its cells replace the organ's skin.
 //!
-//! An untreated organ shows its fine skin. The skin's triangles are hidden over cells that are
-//! removed, warm or next to a removed cell. Of these cells, those that remain show their open
-//! faces, which border on nothing or on a removed cell. Their neighbours show open faces too, so
-//! that no seam opens at the skin's edge. Tissue is coloured by its position at rest, so that skin
-//! and faces look alike. The corners follow the spheres and are smoothed over the visible faces,
-//! which would otherwise look like bricks.
+//! An untreated organ shows its fine skin. A cell is worked if it is removed, warm or next to a
+//! removed cell. No skin is drawn over worked cells. The worked cells that remain show their open
+//! faces instead; an open face borders on nothing or on a removed cell. Their neighbours show open
+//! faces too, so that no seam opens at the skin's edge. Tissue is coloured by its position at rest,
+//! so that skin and faces look alike. The corners follow the spheres and are smoothed over the
+//! visible faces, which would otherwise look like bricks.
 
 use bytemuck::{Zeroable, cast_slice};
 use glam::Vec3;
@@ -20,11 +20,11 @@ use super::strands::{Anchors, Strands, Weave};
 use crate::skinning::motion::Motion;
 use crate::skinning::{RestVertex, SkinnedVertex, pairs};
 
-/// Heat, from 0 to 254, from which a cell's own faces are drawn instead of the skin over it.
+/// Heat, from 0 to 254, from which a cell is warm.
 const WARM: u8 = 12;
 /// Number of rounds in which the corners are smoothed.
 const ROUNDS: usize = 2;
-/// Share of the way to the mean of its neighbours that a corner moves in one round.
+/// Share of the way to the mean of its neighbours that a corner goes in one round.
 const EVENED: f32 = 0.5;
 /// Degree of cooking, from 0 to 1, of tissue next to a removed cell.
 const BESIDE_GONE: f32 = 0.35;
@@ -34,12 +34,12 @@ pub(super) struct Cells {
     cells: Vec<CellRecord>,
     /// Corners. Their ambient light is low, because a gap is dark.
     corners: Vec<RestVertex>,
-    /// States drawn last.
+    /// The states of the cells that are drawn at present.
     states: Vec<u8>,
-    /// Skin triangles over cells: index of the triangle, and the cell.
+    /// Triangles of the skin over cells: the index of each triangle, and the cell under it.
     over: Vec<(u32, u16)>,
-    /// True for a triangle of the skin that is hidden over a worked cell. Shorter than the skin, or
-    /// empty: the rest is not hidden.
+    /// For each triangle of the skin: true if it is hidden over a worked cell. The list may be
+    /// shorter than the skin, or empty. The remaining triangles are not hidden.
     pub(super) is_hidden: Vec<bool>,
     /// The original triangles of the skin.
     triangles: Vec<[u32; 3]>,
@@ -95,7 +95,7 @@ impl Cells {
             cells,
         };
         if !made.cells.is_empty() {
-            // Two triangles a face, six faces a cell.
+            // A face has two triangles, and a cell has six faces.
             let indices = made.cells.len() * 6 * 6;
             made.buffers = Some(Buffers::new(gpu, "cells", count, indices));
         }
@@ -142,7 +142,7 @@ impl Cells {
         self.states.get(usize::from(cell)) == Some(&StateFrame::GONE)
     }
 
-    /// True if the cell is warm, or if it or a neighbour is removed. No skin covers such a cell.
+    /// True if a cell is worked: it is warm, or it or a neighbour is removed.
     fn is_worked(&self, cell: usize) -> bool {
         let gone = |n: &u16| self.is_gone(*n);
         self.states[cell] >= WARM || self.cells[cell].neighbours.iter().any(gone)
@@ -180,7 +180,7 @@ impl Cells {
         }
     }
 
-    /// Colours each corner by the hottest cell around it.
+    /// Sets how cooked each corner looks, by the hottest cell around it.
     fn colour(&mut self) {
         let mut cooked = vec![0.0f32; self.corners.len()];
         for (cell, state) in self.cells.iter().zip(&self.states) {

@@ -37,7 +37,7 @@ pub struct FrameCost {
     pub passes_ms: Vec<(&'static str, f32)>,
 }
 
-/// Draws one frame `frames` times and waits for each, then as often again without waiting.
+/// Draws one frame `frames` times and waits for each. Then draws it as often without waiting.
 ///
 /// # Errors
 /// [`DisplayError::Device`].
@@ -70,7 +70,7 @@ pub fn measure(
     let (start, computed) = (Instant::now(), computed_ms());
     for frame in 0..frames {
         renderer.render(gpu, spheres, tools, frame as f32 * FRAME_S);
-        // Free what finished frames used, as a window does each frame.
+        // The poll frees the resources of finished frames. A window polls in each frame, too.
         let _ = gpu.device.poll(wgpu::PollType::Poll);
     }
     gpu.wait("drawing")?;

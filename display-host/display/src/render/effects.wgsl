@@ -1,4 +1,4 @@
-// Smoke, steam, sparks, drops: discs that face the camera.
+// Particles of smoke, steam, sparks and drops, as discs that face the camera.
 
 // See particles.rs.
 struct Disc {
@@ -36,13 +36,13 @@ struct VertexOut {
   let d2 = dot(to_light, to_light);
   let light = frame.light.w / (d2 + 0.0001);
   if (d.look.x > 1.5) {
-    // A spark glows by itself.
+    // A spark is not shaded: its colour is its brightness relative to the scope's light.
     let glow = exp(-4.0 * r * r) * (1.0 - smoothstep(0.8, 1.0, r));
     let near = smoothstep(0.02, 0.05, length(frame.camera.xyz - in.world));
     return vec4f(d.colour.rgb * light, glow * near * d.colour.a);
   }
   if (d.look.x > 0.5) {
-    // A drop: a shiny ball.
+    // A drop looks like a shiny ball.
     let inside = 1.0 - smoothstep(0.85, 1.0, r);
     let to_eye = normalize(frame.camera.xyz - d.at.xyz);
     let right = normalize(cross(frame.up.xyz, to_eye));
@@ -50,12 +50,12 @@ struct VertexOut {
     let normal = normalize(right * in.corner.x + over * in.corner.y + to_eye * sqrt(max(1.0 - r * r, 0.0)));
     let l = to_light * inverseSqrt(d2);
     let glint = pow(max(dot(normal, normalize(l + to_eye)), 0.0), 500.0) * 0.6;
-    // Darker where it is thicker.
+    // The drop is darker where it is thicker.
     let deep = mix(1.0, 0.45, sqrt(max(1.0 - r * r, 0.0)));
     let body = d.colour.rgb * deep * (0.25 + 0.75 * max(dot(normal, l), 0.0)) / PI;
     return vec4f((body + vec3f(glint)) * light, inside * d.colour.a);
   }
-  // A puff has noise fixed in the room, which hides the disc; it fades near the lens.
+  // Noise that is fixed in the room hides the disc of a puff. The puff fades near the lens.
   let drift = vec3f(0.0, -0.35, 0.1) * frame.camera.w;
   var cloud = 0.35 + 1.3 * noise(in.world * 45.0 + drift).w;
   if (!PLAIN) { cloud += 0.8 * noise(in.world * 120.0 + 1.7 * drift).w; }

@@ -1,4 +1,4 @@
-// Automatic exposure: the centre-weighted logarithmic mean of the picture.
+// Automatic exposure, by the mean logarithm of the picture's light, with more weight in the middle.
 
 struct Exposure { value: f32, unused0: f32, unused1: f32, unused2: f32 }
 
@@ -14,7 +14,7 @@ fn measure(@builtin(local_invocation_index) lane: u32) {
   let size = vec2f(textureDimensions(picture));
   var sum = vec2f(0.0);
   for (var i = lane; i < SIDE * SIDE; i += 64u) {
-    // The square in the middle of the circle.
+    // Places in the square in the middle of the circle are measured.
     let at = (vec2f(f32(i % SIDE), f32(i / SIDE)) + 0.5) / f32(SIDE) * 2.0 - 1.0;
     let ndc = at * 0.85 / vec2f(frame.up.w, 1.0);
     let c = textureLoad(picture, vec2i((ndc * 0.5 + 0.5) * size), 0).rgb;

@@ -1,6 +1,6 @@
 //! Thin tubes of few sides: fibres of connective tissue, and threads. The fourth number of a
-//! corner's position is its negated radius; for a corner of skin it is the displacement by a tool.
-//! With the radius the shader widens tubes thinner than a pixel.
+//! corner's position is the tube's negated radius. The shader needs the radius to widen tubes
+//! thinner than a pixel. For a corner of skin, the fourth number is the displacement by a tool.
 
 use glam::Vec3;
 

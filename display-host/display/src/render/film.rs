@@ -1,5 +1,5 @@
-//! The films of blood and bile as a texture: red is blood, green bile, blue the clotted blood. Only
-//! what changed is uploaded.
+//! The films of blood and bile as a texture. The red channel holds blood, the green one bile and
+//! the blue one clotted blood. Only the block that changed is uploaded.
 
 use glam::Vec3;
 
@@ -7,10 +7,10 @@ use super::gpu::Gpu;
 use super::layout::Stains;
 use crate::effects::fluid::{Block, Field, Fluids, SIZE, VOXEL_M};
 
-/// Thickness of a texel of 1, m. A thicker film looks the same: it is opaque.
+/// Thickness of a film whose texel is 1, m. A thicker film looks equal, because both are opaque.
 const THICKEST_M: f32 = 0.002;
 
-/// The texture, and the block of it that is not dry.
+/// The texture, and the block of it that is wet.
 pub(super) struct Films {
     texture: wgpu::Texture,
     wet: Option<Block>,
@@ -45,7 +45,7 @@ impl Films {
         self.texture.create_view(&Default::default())
     }
 
-    /// Uploads the films that there are, and dries what was wet before.
+    /// Uploads the present films. Texels that were wet before, and are no more, become dry.
     pub(super) fn upload(&mut self, gpu: &Gpu, fluids: &Fluids) {
         let wet = fluids.field().and_then(Field::wet);
         let block = match (wet, self.wet) {
@@ -94,13 +94,13 @@ impl Films {
 
 fn texel(field: Option<&Field>, at: [usize; 3]) -> [u8; 4] {
     let film = field.map_or_else(Default::default, |field| field.at(at));
-    // The root, so that thin films have enough steps.
+    // The square root gives thin films enough steps.
     let byte = |thick_m: f32| ((thick_m / THICKEST_M).sqrt() * 255.0 + 0.5) as u8;
     let [blood, bile] = film.thick_m.map(byte);
     [blood, bile, byte(film.clotted_m), 255]
 }
 
-/// Sets the window of the texture for the tissue's shader, lengths in cm.
+/// Tells the tissue's shader which box the texture covers, with lengths in cm.
 pub(super) fn window(fluids: &Fluids, table: &mut Stains) {
     let Some(field) = fluids.field().filter(|it| it.wet().is_some()) else {
         return;

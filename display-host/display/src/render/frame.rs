@@ -61,7 +61,8 @@ impl Renderer {
         let behind = (clips::FIRST_PART * size_of::<Mat4>()) as u64;
         gpu.queue
             .write_buffer(&self.parts, behind, cast_slice(&self.clips));
-        // A tool frame of another version may name an unknown instrument: show the clip applier.
+        // A tool frame of another version may name an unknown instrument. The picture then shows
+        // the clip applier.
         let instrument = tools.instrument().unwrap_or(Instrument::ClipApplier) as usize;
 
         if self.quality.shadow_side.is_some() {

@@ -11,8 +11,8 @@ use super::quality::Quality;
 const MAY_COST_MS: f32 = 13.0;
 /// Desired interval between pictures, ms.
 const PERIOD_MS: f32 = 1000.0 / 60.0;
-/// Desired interval between pictures on a software driver, ms: 12 a second. The quality falls below
-/// 10.
+/// Desired interval between pictures on a software driver, ms: 12 a second. The quality falls if
+/// fewer than 10 a second appear.
 const SOFTWARE_PERIOD_MS: f32 = 1000.0 / 12.0;
 /// Number of frames in a window, which is judged by its median cost.
 const FRAMES: usize = 40;
@@ -22,14 +22,14 @@ const FRAMES_MIN: usize = 5;
 const EARLY_MS: f32 = 2000.0;
 /// Cost that counts as too high, as a share of the allowed cost.
 const TOO_MUCH: f32 = 1.05;
-/// Cost that is low enough to try a better tier, as a share of the allowed cost.
+/// Cost, as a share of the allowed cost, below which a better tier may be tried.
 const LITTLE: f32 = 0.55;
 /// Frame interval that counts as too long, as a share of the screen's own interval or of the
 /// desired one, whichever is longer.
 const LATE: f32 = 1.2;
-/// Frame interval that is short enough to try a better tier, as a share of the screen's own
-/// interval; `LITTLE` of the desired interval is short enough, too. No frame interval is shorter
-/// than the screen's, so only a step up can show if there is room.
+/// Frame interval, as a share of the screen's own interval, below which a better tier may be tried.
+/// Below `LITTLE` of the desired interval it may be tried, too. No frame interval is shorter than
+/// the screen's, so only a step up can show if there is room.
 const IN_TIME: f32 = 1.1;
 /// Number of cheap windows in a row before a step up, at first.
 const PATIENCE: u32 = 6;
@@ -42,12 +42,19 @@ const SOON: u32 = 6;
 #[derive(Debug, Clone)]
 pub struct Governor {
     tiers: Vec<Quality>,
+    /// Index of the tier in use.
     at: usize,
+    /// Cost above which the quality falls, ms.
     too_much_ms: f32,
+    /// Cost below which a window is cheap, ms.
     little_ms: f32,
+    /// Costs of the frames of the present window, ms.
     costs_ms: Vec<f32>,
+    /// Number of cheap windows in a row so far.
     calm: u32,
+    /// Number of cheap windows in a row before a step up.
     patience: u32,
+    /// Number of windows since the last step up.
     since_up: u32,
 }
 
@@ -106,14 +113,14 @@ impl Governor {
         }
     }
 
-    /// Tier in use, of which 0 is the best, and the number of tiers.
+    /// Index of the tier in use, 0 for the best, and the number of tiers.
     #[must_use]
     pub fn tier(&self) -> [usize; 2] {
         [self.at, self.tiers.len()]
     }
 
-    /// Takes the cost of a frame, ms. Returns the new quality if it changes. The caller keeps the
-    /// size of its picture.
+    /// Takes the cost of a frame, ms. Returns the new quality if the tier changes. The caller keeps
+    /// the size of its picture.
     pub fn note(&mut self, cost_ms: f32) -> Option<Quality> {
         if !cost_ms.is_finite() {
             return None;
@@ -180,7 +187,7 @@ mod tests {
     #[test]
     fn governor_does_not_swing_between_two_tiers() {
         let mut governor = Governor::new(Quality::GPU_TIERS.to_vec(), 14.0);
-        // The best tier costs too much, the next one seems to have plenty of room.
+        // The best tier costs too much, and the next one seems to have plenty of room.
         let cost = |tier: usize| if tier == 0 { 20.0 } else { 5.0 };
         let changes = run(&mut governor, 20_000, cost);
         assert!(changes < 16, "{changes} changes in 20000 frames");

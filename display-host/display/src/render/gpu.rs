@@ -19,8 +19,8 @@ pub struct Gpu {
     /// Description of the adapter.
     pub info: wgpu::AdapterInfo,
     fault: Arc<Mutex<Option<String>>>,
-    /// Buffer of the last reading, kept because drivers take milliseconds to make one of a
-    /// picture's size.
+    /// Buffer of the last reading. It is kept, because drivers take milliseconds to make a buffer
+    /// of a picture's size.
     staging: Mutex<Option<wgpu::Buffer>>,
 }
 
@@ -39,7 +39,7 @@ impl Gpu {
         if std::env::var_os("WGPU_BACKEND").is_some() {
             return Self::from_instance(wgpu::Instance::new(choice), None);
         }
-        // Try OpenGL only as a fallback, because probing it starts a second driver.
+        // OpenGL is only a fallback, because probing it starts a second driver.
         choice.backends = wgpu::Backends::PRIMARY;
         Self::from_instance(wgpu::Instance::new(choice), None).or_else(|_| {
             let mut choice = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
@@ -79,7 +79,7 @@ impl Gpu {
         })?;
         let fault = Arc::new(Mutex::new(None));
         let (on_error, on_loss) = (fault.clone(), fault.clone());
-        // Only the first fault is kept: it is the cause, and later ones are consequences.
+        // Only the first fault is kept, because it is the cause. Later ones are consequences.
         device.on_uncaptured_error(Arc::new(move |error| note(&on_error, &error.to_string())));
         device.set_device_lost_callback(move |_, detail| {
             note(&on_loss, &format!("the graphics device is lost: {detail}"));

@@ -30,8 +30,8 @@ pub struct Inside {
 }
 
 impl Inside {
-    /// For the view through the endoscope, with balls small enough to show the springs between
-    /// them.
+    /// Parts for the view through the endoscope. The balls are small enough to show the springs
+    /// between them.
     pub const VIEW: Self = Self {
         ball_scale: 0.35,
         springs: true,
@@ -201,7 +201,8 @@ fn awake(scene: &SceneFile) -> Box<StateFrame> {
 }
 
 /// Tools with a camera in front of the patient, slightly above and to the side, and no instrument.
-/// All organs are in the picture, of which `half_angle` (rad) is half the angle of view in height.
+/// `half_angle` (rad) is half of the picture's vertical angle of view. The camera is so far away
+/// that all organs are in the picture.
 fn portrait(scene: &SceneFile, half_angle: f32, aspect: f32) -> ToolFrame {
     let points = scene.vertices().iter().map(|v| Vec3::from(v.position_m));
     let (low, high) = points
@@ -217,7 +218,7 @@ fn portrait(scene: &SceneFile, half_angle: f32, aspect: f32) -> ToolFrame {
     let back = Vec3::new(0.25, 0.2, 1.0).normalize();
     let right = Vec3::Y.cross(back).normalize();
     let up = back.cross(right);
-    // Far enough to show every point, with a margin.
+    // The camera is far enough away to show every point, with a margin.
     let room = half_angle.tan() * 0.92;
     let far = points
         .map(|p| {

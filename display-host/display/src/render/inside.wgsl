@@ -1,4 +1,4 @@
-// Inside the organs: spheres, springs, and the skin as glass around them.
+// View of the model inside the organs: spheres and springs, with the skin as glass around them.
 
 // A sphere: drawn centre and radius (m), colour.
 struct Ball { at: vec4f, colour: vec4f }
@@ -33,7 +33,7 @@ fn corner(vertex: u32) -> vec2u {
   return Solid(frame.clip_from_world * vec4f(world, 1.0), world, normal, balls[i].colour.rgb);
 }
 
-// A ribbon that faces the camera.
+// A spring is a ribbon that faces the camera.
 @vertex fn spring(@builtin(vertex_index) vertex: u32, @builtin(instance_index) i: u32) -> Solid {
   let a = balls[springs[i].x].at.xyz;
   let b = balls[springs[i].y].at.xyz;

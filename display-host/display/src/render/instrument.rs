@@ -19,11 +19,12 @@ const UPPER: u32 = 1;
 const LOWER: u32 = 2;
 /// The trocar, which stays at its port.
 const TROCAR: u32 = 3;
-/// Distance of the shaft's end, which is outside the body, from the joint, m.
+/// Distance from the joint to the end of the shaft outside the body, m.
 const SHAFT_M: f32 = 0.34;
 /// Opening of each jaw at `jaw` = 1 when the controller reports no jaws, rad.
 const OPEN_RAD: f32 = 0.40;
-/// Distance of the end of a closed jaw's capsule from the axis, m: the two jaws lie side by side.
+/// Distance from the axis at which the capsule of a closed jaw ends, m. The capsules of the two
+/// jaws lie side by side, so neither ends on the axis.
 const CLOSED_OFF_M: f32 = 0.001;
 /// Largest angle between two faces across which the surface looks smooth, rad.
 const CREASE_RAD: f32 = 0.62;
@@ -127,7 +128,7 @@ fn shaft(solid: &mut Solid, z_m: f32, radius_m: f32) {
 fn fork(solid: &mut Solid, half_width_m: f32) {
     let w = half_width_m;
     for side in [-1.0, 1.0] {
-        // A cheek of the fork, rounded towards the tip.
+        // The outline is a cheek of the fork, rounded towards the tip.
         let outline: Vec<Vec2> = {
             let mut points = vec![Vec2::new(0.0062, -0.0019), Vec2::new(0.0062, 0.0019)];
             points.extend((0..=12).map(|i| {
@@ -164,10 +165,10 @@ fn fork(solid: &mut Solid, half_width_m: f32) {
     solid.turned(Vec3::ZERO, Vec3::Z, &neck, 32, steel(BODY));
 }
 
-/// Adds a jaw along −z. `outline` takes a ring's index and its place along the jaw, 0 to 1, and
-/// returns the half width, the height of the back and the height of the biting face, m. `bend`
-/// returns the lift at a place, m. The upper jaw lies at +y; the lower one is turned by 180° about
-/// z.
+/// Adds a jaw along −z. `outline` takes a ring's index and its place along the jaw, 0 to 1. It
+/// returns three lengths, m: the half width, the height of the back, and that of the biting face.
+/// `bend` returns the lift at a place, m. The upper jaw lies at +y; the lower one is turned by 180°
+/// about z.
 fn jaw(
     solid: &mut Solid,
     part: u32,
@@ -186,7 +187,7 @@ fn jaw(
             let across: Vec<Vec2> = (0..=14)
                 .map(|i| {
                     let turn = i as f32 / 14.0 * core::f32::consts::PI;
-                    // A flute along the back.
+                    // A flute runs along the back.
                     let flute = 1.0 - 0.22 * (-(turn.cos() / 0.38).powi(2)).exp() * (1.0 - t);
                     Vec2::new(turn.cos() * half_width, 0.0003 + turn.sin() * back * flute)
                 })
@@ -208,7 +209,7 @@ fn jaw(
     solid.loft(&loops, steel(part));
 }
 
-/// Factor that rounds a jaw's end: 1 up to the place `from`, then falling to 0.3 at the tip.
+/// Factor that rounds a jaw's end. It is 1 up to the place `from`, and falls to 0.3 at the tip.
 fn tip(t: f32, from: f32) -> f32 {
     let s = ((t - from) / (1.0 - from)).clamp(0.0, 1.0);
     (1.0 - 0.91 * s * s).max(0.0).sqrt()

@@ -13,7 +13,7 @@ const AROUND: usize = 28;
 const ROWS: usize = 16;
 /// Distance before the tube's end at which a collar begins, in radii of the tube.
 const BEFORE: f32 = 2.2;
-/// Rounds of smoothing the collar's foot, the ring of points that meets the organ.
+/// Number of rounds that smooth the collar's foot: the ring of points that meets the organ.
 const EVENED: usize = 6;
 /// A tube's end without attachments is free if it is farther than this from every other organ, m.
 const REACH_M: f32 = 0.012;
@@ -69,7 +69,7 @@ fn ends(scene: &SceneFile, organ: &OrganRecord) -> Vec<End> {
         if let Some(far) = far.get_mut(start) {
             *far = 0.0;
         }
-        // As many rounds as spheres suffice, and a tube has only a few dozen links.
+        // A round for each sphere is enough, and a tube has only a few dozen links.
         for _ in 0..spheres.len() {
             for link in links {
                 let [a, b] = [link.a as usize - first, link.b as usize - first];
@@ -121,8 +121,8 @@ fn ends(scene: &SceneFile, organ: &OrganRecord) -> Vec<End> {
         .collect()
 }
 
-/// Organ that a tube's end joins: the one with most attachments there, or else the nearest within
-/// `REACH_M`. Fat and connective tissue do not count.
+/// Organ that a tube's end joins: the one with the most attachments there. Without attachments, it
+/// is the nearest one within `REACH_M`. Fat and connective tissue do not count.
 fn neighbour(scene: &SceneFile, tube: usize, end: &End) -> Option<usize> {
     let organs = scene.organs();
     let owner = |sphere: u32| {
@@ -183,6 +183,8 @@ fn nearest(vertices: &[RestVertex], to: Vec3) -> usize {
     found.map_or(0, |(i, _)| i)
 }
 
+/// Vertices and triangles of the collar from the end of `tube` onto `other`. `None` if the skin of
+/// `other` is too far away.
 fn collar(
     mesh: &SkinMesh,
     tube: &OrganRecord,
@@ -269,8 +271,10 @@ fn collar(
 
 /// The curved axis of the collar, from the tube into the other organ.
 struct Way {
+    /// Beginning of the axis, and its tangent there, m.
     from: Vec3,
     leave: Vec3,
+    /// End of the axis, and its tangent there, m.
     to: Vec3,
     arrive: Vec3,
 }
@@ -285,7 +289,7 @@ impl Way {
             (near - normal * (near - at).dot(normal), normal)
         };
         let (_, normal) = skin(end.at);
-        // The more parallel the tube is to the organ, the farther along the organ it turns in.
+        // A tube that runs along the organ's skin enters the skin up to one radius farther on.
         let (at, normal) = skin(end.at + end.along.reject_from(normal) * r);
         let from = end.at - end.along * (BEFORE * r);
         let to = at - normal * SUNK_M;
@@ -320,7 +324,7 @@ fn smooth(x: f32) -> f32 {
     x * x * (3.0 - 2.0 * x)
 }
 
-/// Withdraws a tube's cap into its collar, out of sight.
+/// Moves the vertices of a tube's cap back into its collar, where nobody sees them.
 fn hide_cap(own: &mut [RestVertex], end: &End) {
     let r = end.radius_m;
     for vertex in own {
@@ -334,6 +338,7 @@ fn hide_cap(own: &mut [RestVertex], end: &End) {
     }
 }
 
+/// Point at the share `t` of a cubic curve from `p` to `q` with these tangents at its ends.
 fn hermite(t: f32, p: Vec3, leave: Vec3, q: Vec3, arrive: Vec3) -> Vec3 {
     let (t2, t3) = (t * t, t * t * t);
     p * (2.0 * t3 - 3.0 * t2 + 1.0)
@@ -342,8 +347,8 @@ fn hermite(t: f32, p: Vec3, leave: Vec3, q: Vec3, arrive: Vec3) -> Vec3 {
         + arrive * (t3 - t2)
 }
 
-/// Turns all triangles over if most of them face against the normals of their vertices. Then sets
-/// the normals from the triangles.
+/// Turns all triangles over if most of them face against the normals of their vertices. Then the
+/// triangles give the vertices new normals.
 fn face_outwards(vertices: &mut [RestVertex], triangles: &mut [[u32; 3]]) {
     let areas = |vertices: &[RestVertex], triangles: &[[u32; 3]]| {
         let at = |i: u32| Vec3::from(vertices[i as usize].position);
@@ -368,8 +373,8 @@ fn face_outwards(vertices: &mut [RestVertex], triangles: &mut [[u32; 3]]) {
     }
 }
 
-/// Combined spheres and weights of two vertices, the second with this share. Only the eight spheres
-/// of most weight are kept.
+/// Spheres and weights of a vertex that moves with two vertices: with `b` to this share, with `a`
+/// to the rest. Only the eight spheres with the largest weights are kept.
 fn blended(a: &RestVertex, b: &RestVertex, share: f32) -> ([u32; 4], [u32; 4]) {
     let mut all: Vec<(u32, f32)> = Vec::with_capacity(16);
     for (vertex, part) in [(a, 1.0 - share), (b, share)] {

@@ -72,12 +72,12 @@ impl Lens {
         (self.fog, self.soot) = (0.0, 0.0);
     }
 
-    /// Advances by `seconds`, at most 0.25. Smoke among the particles near `eye` settles on the
+    /// Advances by `seconds`, of which at most 0.25 count. Puffs of smoke near `eye` settle on the
     /// lens.
     pub(super) fn advance(&mut self, seconds: f32, eye: Vec3, particles: &[Particle]) {
         let seconds = seconds.clamp(0.0, 0.25);
         self.warmth_c += (BODY_C - self.warmth_c) * (seconds / WARM_UP_S);
-        // Above the dew point the fog dries, half as fast as it grows below.
+        // Fog grows on a lens below the dew point. Above the dew point it dries at half the rate.
         let cold = (DEW_C - self.warmth_c) / 10.0;
         let rate = if cold > 0.0 { cold } else { 0.5 * cold };
         self.fog = (self.fog + FOG_PER_S * rate * seconds).clamp(0.0, 1.0);

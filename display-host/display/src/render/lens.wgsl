@@ -1,9 +1,9 @@
 // From light to picture: the scope's lens and circle, exposure, sharpening, tone curve, grain.
 
 override BLOOM: bool = true;
-// Smooths edges, for light with one sample a pixel.
+// True to smooth edges, for light with one sample a pixel.
 override SMOOTH: bool = false;
-// No blur and no colour fringes, for software drivers.
+// True for neither blur nor colour fringes, for software drivers.
 override PLAIN: bool = false;
 struct Exposure { value: f32, unused0: f32, unused1: f32, unused2: f32 }
 
@@ -13,7 +13,7 @@ struct Exposure { value: f32, unused0: f32, unused1: f32, unused2: f32 }
 @group(0) @binding(3) var linear: sampler;
 @group(0) @binding(4) var<storage, read> exposure: Exposure;
 
-// Aperture of the endoscope: small, for a large depth of field.
+// Aperture of the endoscope. It is small, so the depth of field is large.
 const APERTURE_M = 0.00028;
 
 struct VertexOut { @builtin(position) clip: vec4f, @location(0) ndc: vec2f }
@@ -23,7 +23,8 @@ struct VertexOut { @builtin(position) clip: vec4f, @location(0) ndc: vec2f }
   return VertexOut(at, at.xy);
 }
 
-// The lens maps angle to radius linearly; the source picture maps tangent to radius.
+// Place in the source picture of a place in the finished picture. In the finished picture, the
+// radius grows with the angle off the view; in the source picture, with the angle's tangent.
 fn through_lens(at: vec2f) -> vec2f {
   let r = length(at);
   let angle = r / frame.scope.y * frame.scope.x;
@@ -43,7 +44,7 @@ fn tone(x: vec3f) -> vec3f {
   return clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), vec3f(0.0), vec3f(1.0));
 }
 
-// Light as bright as the screen shows it, roughly: 0 to 1.
+// Brightness with which the screen shows this light, roughly: 0 to 1.
 fn compressed(c: vec3f) -> vec3f { let e = c * exposure.value; return e / (0.35 + e); }
 
 // The light at a place on an edge, averaged along the edge (Lottes 2009, "FXAA"). `around` is the
@@ -93,7 +94,7 @@ fn drops(at: vec2f) -> vec3f {
     c.r = textureSampleLevel(light, linear, uv + fringe, 0.0).r;
     c.b = textureSampleLevel(light, linear, uv - fringe, 0.0).b;
   }
-  // A point out of focus is a disc; its angle is in units of the half angle of half the picture.
+  // A point out of focus appears as a disc. `disc` is the disc's angular radius, rad.
   let disc = 0.5 * APERTURE_M * abs(1.0 / max(straight.a, 0.004) - 1.0 / max(frame.wear.w, 0.004))
     * step(0.0001, straight.a) * step(0.0001, frame.wear.w);
   let reach = vec2f(1.0 / frame.up.w, 1.0) * min(0.5 * disc * frame.scope.y / frame.scope.x, 0.02);
@@ -104,8 +105,8 @@ fn drops(at: vec2f) -> vec3f {
     }
     c /= 13.0;
   }
-  // Fog is many small drops: each scatters light from elsewhere, and together they dim and grey the
-  // picture.
+  // Fog is many small drops. Each drop scatters light from elsewhere into its place. Together they
+  // make the picture dim and grey.
   let fog = clamp(frame.film.y * (1.35 - 0.5 * r), 0.0, 1.0);
   let veil = max(fog, frame.film.z);
   if (veil > 0.002) {

@@ -1,7 +1,8 @@
-// One light beside the lens, a wet two-layer surface, and light reflected by the red cavity.
+// Shading of a wet surface of two layers. The light comes from one lamp beside the lens, and from
+// the red cavity, which reflects it.
 
 override SHADOW: bool = true;
-// Fewer terms, for software drivers.
+// True for fewer terms, for software drivers.
 override PLAIN: bool = false;
 
 @group(0) @binding(0) var<uniform> frame: Frame;
@@ -19,7 +20,7 @@ override PLAIN: bool = false;
 // Films of blood and bile on the tissue at rest (see film.rs).
 @group(0) @binding(10) var film_texture: texture_3d<f32>;
 
-// Char on the skin (see effects/stain.rs), and the window of the film texture.
+// Char on the skin (see effects/stain.rs), and the box that the film texture covers.
 struct Stains {
   places: array<vec4f, 64>, // middle on the tissue at rest, cm; w: radius, cm
   count: vec4u,             // number of places; 1 if any tissue is wet
@@ -30,8 +31,8 @@ struct Stains {
 
 // Grid of an organ's vessels (see trees.rs).
 struct Tree {
-  origin: vec4f,    // its corner in the tissue at rest, cm; w: distance of a texel of 1, cm
-  scale: vec4f,     // cm to texture; w: where it starts along the texture's depth
+  origin: vec4f,    // corner of the grid in the tissue at rest, cm; w: distance of a texel of 1, cm
+  scale: vec4f,     // cm to texture; w: place along the texture's depth at which the grid starts
 }
 
 // A row of the material table (see look.rs).
@@ -43,7 +44,8 @@ struct Look {
   wet: vec4f,       // roughness, film strength, film roughness, normal reflectance
   scatter: vec4f,   // scattered light, by colour; w: fine albedo contrast
   lobule: vec4f,    // lobule frequency, grain frequency (1/cm), metal, brushed (of tissue: veins)
-  cell: vec4f,      // packed cells: frequency (1/cm), steepness, darkness of furrows, lightness of middles
+  // Packed cells: frequency (1/cm), steepness, darkness of furrows, lightness of middles.
+  cell: vec4f,
   veil: vec4f,      // colour of a thin wall at grazing view; w: opacity
 }
 
@@ -61,7 +63,7 @@ struct Surface {
   ambient: f32,
 }
 
-// Gradient noise: xyz gradient, w value; eight cells a tile.
+// Gradient noise: its gradient in xyz, its value in w. A tile has eight cells along a side.
 fn noise(at: vec3f) -> vec4f { return textureSampleLevel(noise_texture, noise_sampler, at * 0.125, 0.0); }
 
 // Noise that fades out before it is smaller than a pixel (`footprint`: cm per pixel).
@@ -69,15 +71,15 @@ fn octave(at_cm: vec3f, frequency: f32, footprint: f32) -> vec4f {
   return noise(at_cm * frequency) * (1.0 - smoothstep(0.2, 0.6, footprint * frequency));
 }
 
-// Cells packed side by side: xyz slope of a dome over each, w 0 in the furrows; fades like
-// `octave`.
+// Packed cells. xyz is the slope of the dome over a cell; w is least in the furrows. Both fade as
+// `octave` does.
 fn cells(at_cm: vec3f, frequency: f32, footprint: f32) -> vec4f {
   let c = textureSampleLevel(cells_texture, noise_sampler, at_cm * frequency * 0.125, 0.0);
   return vec4f(c.xyz, c.w - 0.3) * (1.0 - smoothstep(0.2, 0.6, footprint * frequency));
 }
 
-// Slope of the surface from a height's gradient in rest space. The chain rule through screen space
-// carries it to the deformed surface, so that bumps stick to the tissue.
+// A sheet turns a height's gradient in rest space into the slope of the deformed surface. The chain
+// rule leads through screen space. So bumps stick to the tissue.
 struct Sheet { across: vec3f, down: vec3f, scale: f32, rest_x: vec3f, rest_y: vec3f }
 fn sheet(world_x: vec3f, world_y: vec3f, rest_x: vec3f, rest_y: vec3f, normal: vec3f) -> Sheet {
   let across = cross(world_y, normal);
@@ -114,7 +116,7 @@ fn shadow(world: vec3f, normal: vec3f) -> f32 {
   return lit / 9.0;
 }
 
-// Share of the sky hidden by a capsule (Quilez, "capsule occlusion").
+// Share of the ambient light that the tools' capsules do not hide (Quilez, "capsule occlusion").
 fn hidden_by_tools(world: vec3f, normal: vec3f) -> f32 {
   var open = 1.0;
   for (var i = 0u; i < frame.counts.x; i++) {
@@ -143,7 +145,8 @@ fn shade(s: Surface, world: vec3f) -> vec3f {
   let lit = shadow(world, s.smooth_normal);
   let ambient = s.ambient;
 
-  // Below the surface red travels farthest: it sees the smoothest normal and leaks into shadow.
+  // Red light travels farthest below the surface. So the smoothest normal shades it, and it leaks
+  // into shadow.
   let nl = vec3f(
     dot(mix(s.smooth_normal, s.normal, 0.35), light),
     dot(mix(s.smooth_normal, s.normal, 0.85), light),
@@ -173,7 +176,7 @@ fn shade(s: Surface, world: vec3f) -> vec3f {
   let film_fresnel = (0.028 + 0.972 * fifth(1.0 - vh)) * s.film;
   let film = film_fresnel * ggx(max(dot(s.film_normal, half_way), 0.0), af) * visibility(nl_film, nv_film, af) * nl_film * lit;
 
-  // A dim reflection of the cavity: lit in front of the camera, dark behind it.
+  // The film reflects the cavity dimly. The cavity is lit in front of the camera, dark behind it.
   let mirror = reflect(-view, s.film_normal);
   let before = smoothstep(-0.5, 0.9, dot(mirror, frame.forward.xyz));
   var mottled = 0.75;
@@ -184,20 +187,20 @@ fn shade(s: Surface, world: vec3f) -> vec3f {
   // A rough film and grazing folds reflect less than a still surface.
   let mirrored = (0.028 + 0.45 * fifth(1.0 - nv_film)) * s.film + s.metal;
 
-  // The light is not a point: folds and pits lose some of it too.
+  // The lamp is no point, so folds and pits lose some of its light too.
   let open = mix(1.0, ambient, 0.5);
   let body = s.albedo * (1.0 - s.metal) * (diffuse * open * irradiance / PI * (1.0 - film_fresnel) + bounce * ambient);
   let tint = mix(vec3f(1.0), s.albedo, s.metal);
   return max(body + (base + film) * irradiance + cavity * mirrored * tint * ambient, vec3f(0.0));
 }
 
-// Smoke between lens and tissue absorbs light, and scatters back light of the beam from a little in
-// front of the lens: single isotropic scattering.
+// Smoke between lens and tissue absorbs light. It also scatters light of the beam back, beginning a
+// little in front of the lens. Each ray is scattered once, equally in all directions.
 fn through_haze(lit: vec3f, world: vec3f) -> vec3f {
   let near = 0.03;
   let far = max(length(world - frame.camera.xyz), near);
   let thick = frame.film.w;
-  // There and back: the lamp's light is attenuated too.
+  // Smoke attenuates the light on its way from the lamp, and again on its way back.
   let left = exp(-2.0 * thick * (far - near));
   let back = frame.light.w * thick / (4.0 * PI) * (1.0 / near - 1.0 / far) * mix(1.0, left, 0.5);
   return lit * left + vec3f(0.86, 0.87, 0.90) * back;

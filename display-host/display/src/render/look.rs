@@ -7,7 +7,7 @@ use shared_mem::scene::OrganKind;
 
 use super::layout::{LOOKS, Look};
 
-/// Row of tissue cooked by heat. No organ has this number.
+/// Row of tissue cooked by heat. No kind of organ has this number.
 pub(super) const COOKED: u32 = 0;
 /// Row of bare steel. Rows from this one on belong to no organ.
 pub(super) const STEEL: u32 = 12;
@@ -18,7 +18,7 @@ pub(super) const CERAMIC: u32 = 14;
 /// Row of the bright, worn steel of blades and teeth.
 pub(super) const BLADE: u32 = 15;
 
-/// Readable description of a tissue; lengths in cm.
+/// Look of a tissue, from which its row of the table is packed. Lengths are in cm.
 struct Tissue {
     /// Darkest albedo.
     low: [f32; 3],

@@ -25,19 +25,19 @@
 //!
 //! Effects begin with a plain list of `Effect`s. Smoke, steam, sparks and drops are particles.
 //! Blood and bile flow over the skin (`effects::fluid`); the shader reads the thickness of their
-//! films from a grid in the tissue at rest (`film`). Char lies there too. Smoke that has
-//! spread is one number, a haze over the whole cavity. It settles slowly, or is evacuated. Char,
-//! blood and bile stay on the instrument (`wear`) until it is exchanged. The controller reports
-//! leaks. Torn or cut tissue, except fat and connective tissue, also bleeds or leaks bile for some
-//! seconds. A reset or a new controller clears everything.
+//! films from a grid in the tissue at rest (`film`). Stains of char are places in the tissue at
+//! rest, too. Smoke that has spread is one number, a haze over the whole cavity. It settles slowly,
+//! or is evacuated. Char, blood and bile stay on the instrument (`wear`) until it is exchanged. The
+//! controller reports leaks. Torn or cut tissue, except fat and connective tissue, also bleeds or
+//! leaks bile for some seconds. A reset or a new controller clears everything.
 //!
 //! The graphics device times each pass (`timing`), and `governor` chooses the quality from these
 //! times. The quality falls after 40 frames that cost too much. It rises only after many cheap
 //! frames, and each rise that was wrong doubles their number. If the device has no clock, or is the
 //! processor itself, the time from frame to frame decides. On the processor, only those triangles
 //! of the skin are drawn that the picture can show (`visible`). With one sample a pixel, the lens
-//! smooths edges. If the graphics device is lost, it is reopened in a new window, and
-//! the run goes on.
+//! smooths edges. If the graphics device is lost, it is reopened in a new window, and the run goes
+//! on.
 //!
 //! A press is drawn deeper than the spheres go (`skinning::dent`). Inner spheres are too coarse to
 //! show the dent of a tip. The controller's contact law knows the rest of the depth and publishes

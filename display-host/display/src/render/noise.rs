@@ -1,5 +1,5 @@
 //! A precomputed tile of gradient noise with its gradient. One texture fetch gives a shader a bump
-//! and its slope, which is far cheaper than computing them in the shader.
+//! and its slope. The shader would need far more time to compute them.
 
 use glam::Vec3;
 

@@ -77,7 +77,7 @@ fn disc(p: &Particle) -> Disc {
     };
     let [r, g, b] = colour;
     let speed = p.velocity_m_s.length();
-    // A fast drop or spark is a streak, as long as its path in 8 or 6 ms.
+    // A fast drop is a streak as long as its path in 8 ms; a fast spark, in 6 ms.
     let half_s = if look > 1.5 { 0.003 } else { 0.004 };
     let streak = if look > 0.5 {
         (speed * half_s / p.radius_m()).clamp(0.0, 14.0)
@@ -92,7 +92,8 @@ fn disc(p: &Particle) -> Disc {
     }
 }
 
-/// Char in the layout of the tissue's shader, lengths in cm, with the window of the films.
+/// Stains of char, and the box of the films' texture, in the layout of the tissue's shader. Lengths
+/// are in cm.
 pub(super) fn stains(effects: &Effects) -> Stains {
     let mut table = Stains::zeroed();
     for (slot, stain) in table

@@ -61,7 +61,7 @@ impl Renderer {
         pass.set_bind_group(0, &self.frame_group, &[]);
         pass.draw(0..3, 0..1);
         pass.set_bind_group(0, &self.scene_group, &[]);
-        // Draw the instruments first, so that the tissue behind them is not shaded.
+        // The instruments come first, so that the tissue behind them is not shaded.
         pass.set_pipeline(&self.pipelines.rigid);
         pass.set_bind_group(1, &self.parts_group, &[]);
         self.instruments[instrument].draw(&mut pass);

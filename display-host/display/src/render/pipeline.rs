@@ -228,8 +228,8 @@ impl Pipelines {
                     depth,
                     cull: false,
                     translucent: false,
-                    // Only the mask has a depth: it is drawn in the scene's pass, with as many
-                    // samples.
+                    // Only the mask has a depth, because it is drawn in the scene's pass. So it has
+                    // as many samples as the scene.
                     samples: if depth.is_some() { samples } else { 1 },
                     constants,
                 },

@@ -16,7 +16,7 @@ pub struct Quality {
     pub bloom: bool,
     /// Samples a pixel: 1 or 4. With 1 the lens smooths the edges that it finds in the light.
     pub samples: u32,
-    /// Number of the picture's pixels along the side of a pixel of light: 1 or 2.
+    /// Side of a pixel of light, in pixels of the picture: 1 or 2.
     pub part: u32,
     /// Size of the picture, pixels.
     pub size: [u32; 2],
@@ -61,8 +61,8 @@ impl Quality {
             ..Self::GPU
         },
     ];
-    /// Tiers for a window on a software driver, best first. The last ones are for computers of two
-    /// cores, one of which is the tick's.
+    /// Tiers for a window on a software driver, best first. The last ones are for computers with
+    /// two cores, one of which runs the tick.
     pub const SOFTWARE_TIERS: [Self; 4] = [
         Self {
             detail: 1,

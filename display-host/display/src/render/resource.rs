@@ -80,7 +80,8 @@ pub(super) fn volume(
     texture.create_view(&Default::default())
 }
 
-/// Half precision for numbers of ordinary size: rounds to nearest, flushes tiny ones to zero.
+/// Bits of a number of ordinary size in half precision. The number is rounded to the nearest one,
+/// and a tiny number becomes zero.
 fn half(x: f32) -> u16 {
     let bits = x.to_bits();
     let sign = (bits >> 16 & 0x8000) as u16;

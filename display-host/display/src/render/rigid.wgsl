@@ -34,7 +34,8 @@ struct VertexOut {
   return frame.shadow_from_world * world_from_part[v.part & 31u] * vec4f(v.position, 1.0);
 }
 
-// Char, blood and bile on the working end, most at its tip: patches that merge as they grow.
+// Shares of char, blood and bile at a place of the working end. They lie in patches, most at the
+// tip, and the patches merge as they grow.
 fn soiled(p: vec3f, part: u32, brushed: f32) -> vec3f {
   // Trocar and clips stay clean.
   if (part > 2u || p.z > 0.6) { return vec3f(0.0); }
@@ -52,7 +53,7 @@ fn soiled(p: vec3f, part: u32, brushed: f32) -> vec3f {
   let look = looks[in.look & 15u];
   let p = in.part_cm;
   let footprint = length(fwidth(p));
-  // Brushed along the shaft, and worn where hands and tissue rub.
+  // The surface is brushed along the shaft, and worn in places.
   let brushed = noise(p * vec3f(26.0, 26.0, 1.3)) * (1.0 - smoothstep(0.02, 0.06, footprint)) * look.lobule.w;
   let worn = noise(p * look.low.w);
   var s: Surface;

@@ -1,5 +1,5 @@
-// Saves the shading outside the scope's circle: writes the nearest depth (1, as depth is reversed)
-// there before anything else is drawn.
+// Saves the shading outside the scope's circle. Before anything else is drawn, it writes the
+// nearest depth there, which is 1, because depth is reversed.
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 

@@ -37,8 +37,8 @@ pub(super) struct Finish {
 }
 
 impl Solid {
-    /// Joins rings with equal numbers of points to a closed skin with flat ends. Seen against the
-    /// direction of the path, the points of a ring must run counter-clockwise.
+    /// Joins rings with equal numbers of points to a closed skin with flat ends. The points of a
+    /// ring must run counter-clockwise for a viewer at the path's end who looks back along it.
     pub(super) fn loft(&mut self, rings: &[Vec<Vec3>], finish: Finish) {
         let Some(around) = rings.first().map(Vec::len).filter(|&n| n >= 3) else {
             return;

@@ -1,7 +1,8 @@
-//! Strands of connective tissue next to removed cells: a net of fibres along the sides of the
-//! remaining cells, between the two structures that the tissue joins, with films in its forks. A
-//! few fibres span the gaps. Fat has septa of the same kind. The strands are anchored in skins and
-//! cells, get thinner and straighter as their anchors move apart, and vanish with their cells.
+//! Strands of connective tissue next to removed cells. They form a net of fibres along the sides of
+//! the remaining cells, from one to the other of the two structures that the tissue joins. Films
+//! fill some forks of the net, and a few fibres span the gaps. Fat has fewer strands of the same
+//! kind. The strands are anchored in skins and cells. They get thinner and straighter as their
+//! anchors move apart, and vanish with their cells.
 
 mod anchors;
 mod course;
@@ -39,7 +40,7 @@ pub(super) struct Strands {
 }
 
 impl Strands {
-    /// Strands of a scene with tissue that has fibres. None has grown yet.
+    /// Strands for a scene whose tissue has fibres. No strand has grown yet.
     pub(super) fn new(gpu: &Gpu, anchors: Anchors) -> Self {
         let corners = PIECES * TUBE + FILMS * 2 * SHEET;
         let indices = PIECES * (RINGS.len() - 1) * SIDES * 6 + FILMS * 2 * (ACROSS - 1) * 6;
@@ -50,7 +51,8 @@ impl Strands {
         }
     }
 
-    /// Grows fibres where cells whose tissue has fibres (`weaves`) are next to removed cells.
+    /// Grows fibres next to removed cells. The `weaves` of the cells tell how many fibres their
+    /// tissue has.
     pub(super) fn grow(
         &mut self,
         gpu: &Gpu,

@@ -116,7 +116,8 @@ impl Sutures {
         for suture in sutures.iter().flatten() {
             for half in 0..HALVES {
                 indices.extend(triangles(rest.len() as u32, POINTS));
-                // A thread is part of no tissue, and at this place no stain reaches it.
+                // A thread is part of no tissue. Its place at rest is so far away that no stain
+                // reaches it.
                 let painted = RestVertex {
                     position: NOWHERE_M,
                     look: INSULATION,
@@ -186,7 +187,7 @@ impl Suture {
     fn set(&mut self, told: SutureMsg) {
         let goes = |it: &SutureMsg| (it.placed, it.sphere, it.at_m.map(f32::to_bits));
         let (was, is) = (goes(&self.now), goes(&told));
-        // While a tip leads the suture, keep its points in the skin. Otherwise they would jump.
+        // While a tip leads the suture, its points in the skin stay. Otherwise they would jump.
         let is_led = told.placed == SutureMsg::AT_HAND && (was.0, was.1) == (is.0, is.1);
         if was != is && !is_led {
             self.leaves = self.organ.leaves(&told).unwrap_or(self.leaves);
@@ -213,7 +214,7 @@ fn course(
         SutureMsg::HUNG => (suture.length_m - way.length()).max(0.0),
         _ => 0.0,
     };
-    // Sag of a shallow parabola that is longer than its chord by the slack.
+    // A shallow parabola sags by this much if it is longer than its chord by the slack.
     let sag_m = (0.375 * way.length() * slack_m).sqrt();
     core::array::from_fn(|half| {
         let from = match suture.placed {
@@ -261,7 +262,7 @@ mod tests {
         assert!(a[0].distance(leaves[0]) < 1e-6 && a[POINTS - 1].distance(b[0]) < 1e-6);
         assert!(a.iter().chain(&b).all(|it| it.z.abs() < 1e-6));
         assert!(b[POINTS - 1].y > 0.2, "through the wall: {}", b[POINTS - 1]);
-        // The organ is nearer to the wall than the suture's length, by 10 mm.
+        // The organ is nearer to the wall than the suture is long, by 10 mm.
         let [a, _, b, _] = course(&hung, Vec3::Y * 0.01, leaves, Vec3::Z);
         assert!(a[POINTS - 1].z < -0.01 && b[POINTS - 1].z.abs() < 1e-6);
     }

@@ -14,8 +14,7 @@ const RING: usize = 3;
 /// Size of two timestamps, bytes.
 const PAIR: u64 = 16;
 
-/// Times of the latest frame whose timestamps have arrived, by pass, ms. 0 for a pass that the
-/// frame lacked.
+/// Time of each pass of a frame, ms. It is 0 for a pass that the frame lacked.
 pub type PassTimes = [f32; PASSES.len()];
 
 const FREE: u8 = 0;
@@ -26,14 +25,18 @@ const FAILED: u8 = 3;
 /// Timestamps of one frame on their way from the device.
 struct Staging {
     buffer: wgpu::Buffer,
+    /// One bit for each pass that the frame had.
     used: u32,
+    /// State of the mapping: `FREE`, `AWAY`, `HERE` or `FAILED`.
     state: Arc<AtomicU8>,
 }
 
 /// Measures passes. Does nothing if the device has no clock.
 pub(super) struct Timing {
     clock: Option<Clock>,
+    /// Times that have arrived and were not taken yet.
     newest: Option<PassTimes>,
+    /// One bit for each pass of the present frame.
     used: u32,
 }
 
@@ -78,8 +81,8 @@ impl Timing {
         }
     }
 
-    /// Timestamp writes of a render pass. Several passes may count as one; `first` and `last` mark
-    /// its ends.
+    /// Timestamp writes of a render pass. Several render passes may count as one measured pass;
+    /// `first` and `last` are true for the first and the last of them.
     pub(super) fn render(
         &mut self,
         pass: usize,

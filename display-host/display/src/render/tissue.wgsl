@@ -1,6 +1,6 @@
 // Organs and the cavity around them.
 
-// 0: one octave, for software drivers; 1: two; 2: four.
+// Level of detail. 0 draws one octave of noise, for software drivers, 1 draws two, and 2 four.
 override DETAIL: u32 = 2u;
 
 // Least drawn radius of a fibre, pixels.
@@ -27,12 +27,13 @@ struct VertexOut {
   out.world = v.position.xyz;
   out.normal = v.normal.xyz;
   if (v.position.w < 0.0) {
-    // A fibre, with its radius in place of the push: thinner than a pixel it would have gaps.
+    // A negative push is the negated radius of a fibre. A fibre thinner than a pixel would have
+    // gaps, so it is widened.
     let pixel = 2.0 * depth_of(out.world) * frame.forward.w / frame.scope.w * f32(frame.counts.z);
     let radius = -v.position.w / pixel;
     out.world += out.normal * max(FIBRE_PX - radius, 0.0) * pixel;
-    // Its sides must not flicker from pixel to pixel: a thin fibre has the mean normal of its
-    // visible surface, inclined so that it does not glare.
+    // A thin fibre has the mean normal of its visible surface, so that its sides do not flicker
+    // from pixel to pixel. The normal is inclined, so that the fibre does not glare.
     let whole = normalize(normalize(frame.camera.xyz - out.world) + 0.8 * frame.up.xyz);
     out.normal = normalize(mix(whole, out.normal, smoothstep(1.0, 3.0, radius)));
   }
@@ -80,12 +81,12 @@ fn body(look: Look, p: vec3f, footprint: f32, has_tree: bool) -> Body {
   b.albedo *= 1.0 + look.scatter.w * (lobule.w + 0.5 * grain.w);
   var packed = vec4f(0.0);
   if (!PLAIN && look.cell.x > 0.0) {
-    // The cells are irregular: distorted by the layer below.
+    // The noise of middle frequency distorts the cells, so that they are irregular.
     packed = cells(p + 0.25 / look.cell.x * middle.xyz, look.cell.x, footprint);
     b.albedo *= 1.0 + select(look.cell.z, look.cell.w, packed.w > 0.0) * packed.w;
   }
 
-  // Fine, intermittent vessels at the zero crossings of noise.
+  // Fine, intermittent vessels run along the zero crossings of noise.
   if (!PLAIN && look.lobule.w > 0.0 && !has_tree) {
     let line = octave(p + vec3f(17.3, 2.9, 8.1), look.high.w * 0.8, footprint).w + 0.15 * lobule.w;
     let there = smoothstep(-0.15, 0.35, coarse.w + 0.3 * middle.w);
@@ -105,10 +106,11 @@ fn between(a: Body, b: Body, t: f32) -> Body {
     mix(a.sheen, b.sheen, t), mix(a.scatter, b.scatter, t), mix(a.veil, b.veil, t));
 }
 
-// Colour of deep fluid, and what a film takes from the light that the tissue sends back, 1/mm: red,
-// green, blue. Blood: 150 g/l of haemoglobin (S. Prahl's table at 630, 540 and 460 nm),
-// fresh with 85 % of its oxygen, clotted with none; reduced scattering 1.5/mm; both by Kubelka and
-// Munk. Colours of deep fluid were set by eye, and all of bile's numbers are assumed.
+// Two numbers for each fluid, in red, green and blue. One is the colour of a deep layer. The other
+// is the attenuation, 1/mm, by which a film weakens the light that the tissue sends back. Blood has
+// 150 g/l of haemoglobin (S. Prahl's table at 630, 540 and 460 nm). Fresh blood has 85 % of its
+// oxygen, clotted blood none. Its reduced scattering is 1.5/mm, and the attenuation follows by
+// Kubelka and Munk. Colours of deep fluid were set by eye, and all of bile's numbers are assumed.
 const FRESH = vec3f(0.060, 0.0021, 0.0028);
 const FRESH_TAKES = vec3f(4.4, 114.0, 91.0);
 const CLOT = vec3f(0.020, 0.0016, 0.0022);
@@ -118,7 +120,7 @@ const BILE_TAKES = vec3f(0.9, 2.3, 12.0);
 // Thinnest visible film, and thickness at which it covers all of the tissue's relief, mm.
 const RIM_MM = vec2f(0.012, 0.100);
 
-// Char here: 0 to 1.
+// Share of char at a place of the tissue at rest: 0 to 1.
 fn charred(p: vec3f, rough: f32) -> f32 {
   var most = 0.0;
   for (var i = 0u; i < min(stains.count.x, 64u); i++) {
@@ -128,7 +130,7 @@ fn charred(p: vec3f, rough: f32) -> f32 {
   return most;
 }
 
-// Film here: blood, bile and clotted blood, mm.
+// Thickness of the film at a place of the tissue at rest: blood, bile and clotted blood, mm.
 fn film_at(p: vec3f) -> vec3f {
   if (stains.count.y == 0u) { return vec3f(0.0); }
   let at = (p - stains.window.xyz) * stains.scale.xyz;
@@ -145,7 +147,7 @@ fn film_at(p: vec3f) -> vec3f {
   let footprint = max(length(rest_x), length(rest_y));
   let p = in.rest_cm;
 
-  // Vessels of the organ's tree: artery and vein, distance to their edges in cm.
+  // Distances to the edges of the nearest artery and the nearest vein of the organ's tree, cm.
   let slot = (in.look >> 8u) & 15u;
   let tree = trees[slot];
   let grid = (p - tree.origin.xyz) * tree.scale.xyz + vec3f(0.0, 0.0, tree.scale.w);
@@ -159,7 +161,7 @@ fn film_at(p: vec3f) -> vec3f {
   let edge_x = dpdx(edge);
   let edge_y = dpdy(edge);
   let film = film_at(p);
-  // Height of the film above the tissue, cm.
+  // Change of the film's height over the tissue across and down the screen, cm.
   let film_x = dpdx(0.1 * (film.x + film.y));
   let film_y = dpdy(0.1 * (film.x + film.y));
 
@@ -171,14 +173,15 @@ fn film_at(p: vec3f) -> vec3f {
   var s: Surface;
   s.albedo = b.albedo;
   if (slot != 0u) {
-    // Under the serosa: reddened around, the vein deeper and bluer than the artery.
+    // The vessels lie under the serosa. Tissue around them is reddened, and the vein looks deeper
+    // and bluer than the artery.
     let near = 1.0 - smoothstep(0.0, tree.origin.w, edge);
     s.albedo *= mix(vec3f(1.0), vec3f(1.02, 0.80, 0.78), near);
     s.albedo = mix(s.albedo, s.albedo * vec3f(0.55, 0.20, 0.30) + vec3f(0.012, 0.002, 0.005), 0.62 * vein);
     s.albedo = mix(s.albedo, vec3f(0.17, 0.024, 0.020), 0.58 * artery);
   }
 
-  // Pressed skin: the ridge is pale, the pit lies in its own shade.
+  // Where skin is pressed, the ridge is pale, and the pit lies in its own shade.
   let bend = in.state.y;
   let pushed = in.state.z;
   let pressed = smoothstep(8.0, 70.0, -bend) * smoothstep(0.0002, 0.002, pushed);
@@ -188,12 +191,13 @@ fn film_at(p: vec3f) -> vec3f {
 
   s.smooth_normal = normalize(in.normal);
   let skin = sheet(world_x, world_y, rest_x, rest_y, s.smooth_normal);
-  // A vessel stands out a little: its flanks are inclined, unless they are smaller than a pixel.
+  // A vessel stands out a little, because its flanks are inclined. Flanks smaller than a pixel are
+  // left out.
   let flank = select(0.0, 0.12 * exp(-edge * edge / 0.0006) * (1.0 - smoothstep(0.01, 0.03, footprint)), slot != 0u);
   let vessels = -flank * lean_screen(skin, edge_x, edge_y);
   s.normal = normalize(s.smooth_normal - lean(skin, b.bump) - vessels);
   s.film_normal = normalize(s.smooth_normal - lean(skin, b.wet));
-  // A thin wall shows its own colour at grazing view, and the background head on.
+  // A thin wall shows its own colour at grazing view. Head on, it shows what lies behind it.
   let along = 1.0 - clamp(dot(s.smooth_normal, normalize(frame.camera.xyz - in.world)), 0.0, 1.0);
   s.albedo = mix(s.albedo, b.veil.rgb, b.veil.w * along * along);
   s.roughness = b.sheen.x;
@@ -202,7 +206,8 @@ fn film_at(p: vec3f) -> vec3f {
   s.reflectance = b.sheen.w;
   s.scatter = b.scatter;
   s.metal = 0.0;
-  // An edge finer than any mesh or grid: it follows the tissue.
+  // Noise makes the edges of char and films rough, more finely than a mesh or grid could. The noise
+  // follows the tissue.
   var rough = 0.0;
   if (stains.count.x + stains.count.y > 0u) {
     rough = 0.34 * noise(p * 5.0).w;
@@ -222,11 +227,11 @@ fn film_at(p: vec3f) -> vec3f {
     let blood = film.x * rim;
     let bile = film.y * rim;
     let old = clamp(film.z / max(film.x, 1e-4), 0.0, 1.0);
-    // A thicker film takes more of the tissue's light, by colour, and shows more of its own.
+    // A thicker film takes more of the tissue's light, by colour, and shows more of its own colour.
     s.albedo = BILE + (s.albedo - BILE) * exp(-bile * BILE_TAKES);
     let own = mix(FRESH, CLOT, old);
     s.albedo = own + (s.albedo - own) * exp(-blood * mix(FRESH_TAKES, CLOT_TAKES, old));
-    // It fills the tissue's bumps, bulges at its rim, and lies level where it is deep.
+    // A film fills the tissue's bumps, bulges at its rim, and lies level where it is deep.
     let deep = smoothstep(0.3, 1.5, total);
     let bulge = lean_screen(skin, film_x, film_y);
     let steep = 0.9 * bulge * (1.0 / max(1.0, length(bulge)));

@@ -16,8 +16,8 @@ use crate::skinning::{RestVertex, SkinMesh};
 /// Number of tree slots. Slot 0 means no tree; each other slot belongs to one organ. `light.wgsl`
 /// has the same number.
 pub(super) const SLOTS: usize = 16;
-/// Largest number of vertices over which a tree grows, because every twig may search all of them. A
-/// larger skin uses representative vertices.
+/// Largest number of vertices over which a tree grows. The search for a twig may visit all of them.
+/// A larger skin uses representative vertices.
 const NODES: usize = 8000;
 /// Approximate largest number of voxels in an organ's grid, without the margin.
 const VOXELS: f32 = 1.1e6;
@@ -43,7 +43,8 @@ pub struct Tree {
     pub scale: [f32; 4],
 }
 
-/// All trees of a scene: texels of two bytes (artery, vein), x fastest, and the grid of each organ.
+/// All trees of a scene, as texels and the grid of each organ. A texel has two bytes, for the
+/// artery and the vein; x runs fastest.
 #[derive(Debug, Clone)]
 pub(super) struct Trees {
     pub(super) size: [u32; 3],
@@ -64,7 +65,7 @@ struct Piece {
 struct Supply {
     /// Twigs per root.
     twigs: usize,
-    /// Distance from the nearest root beyond which skin gets a root of its own, m.
+    /// Largest distance of skin from the nearest root, m. Skin farther away gets a root of its own.
     reach_m: f32,
     /// Radius of artery and vein at the root that feeds the most twigs, m.
     radii_m: [f32; 2],
@@ -95,7 +96,7 @@ fn supply(kind: u32) -> Option<Supply> {
     }
 }
 
-/// Fewest vertices of a skin with trees.
+/// Least number of vertices of a skin on which a tree grows.
 const VERTICES_MIN: usize = 16;
 /// Least drawn radius of a vessel, voxels: thinner vessels would break into dashes.
 const DRAWN_VOXELS: f32 = 0.5;
@@ -127,6 +128,7 @@ struct Skin {
     count: usize,
     points: Vec<Vec3>,
     normals: Vec<Vec3>,
+    /// Neighbours of each node of the graph.
     next: Vec<Vec<usize>>,
     /// Bounds of all vertices.
     low: Vec3,
@@ -139,7 +141,7 @@ impl Skin {
         let points = vertices.iter().map(|v| Vec3::from(v.position));
         let none = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         let (low, high) = points.fold(none, |(low, high), p| (low.min(p), high.max(p)));
-        // Merge vertices in ever larger cubes until few enough representatives are left.
+        // Vertices are merged in ever larger cubes until few enough representatives are left.
         let mut cell_m = (high - low).max_element() / 64.0;
         let (mut node_of, mut stands) = ((0..own.len()).collect::<Vec<_>>(), None);
         while stands.as_ref().map_or(own.len(), Vec::len) > NODES {
@@ -182,8 +184,8 @@ impl Skin {
         self.next[i].iter().copied()
     }
 
-    /// Roots of the supply: first the vertex nearest to an artery, then, one by one, the vertex
-    /// farthest from all roots so far. At most 40.
+    /// Roots of the supply. The first is the vertex nearest to an artery. Each further one is the
+    /// vertex farthest from all roots so far. There are at most 40.
     fn roots(&self, scene: &SceneFile, supply: &Supply) -> Vec<usize> {
         let arteries: Vec<Vec3> = scene
             .organs()
@@ -219,9 +221,13 @@ impl Skin {
     fn tree(&self, roots: &[usize], supply: &Supply, which: usize) -> Vec<Piece> {
         const FREE: u32 = u32::MAX;
         let seed = 7 + 31 * which as u32;
+        // Parent of each vertex in the tree. A root is its own parent.
         let mut parent = vec![FREE; self.count];
+        // Length of the vessel from the root to each vertex, m.
         let mut along = vec![f32::INFINITY; self.count];
+        // Squared distance of each vertex from the tree, m².
         let mut bare = vec![f32::INFINITY; self.count];
+        // Vertices of the tree, in the order in which they joined it.
         let mut nodes: Vec<usize> = Vec::new();
         let take =
             |i: usize, from: usize, parent: &mut [u32], along: &mut [f32], bare: &mut [f32]| {
@@ -244,7 +250,7 @@ impl Skin {
             }
         }
         for twig in 0..(supply.twigs * roots.len()) as u32 {
-            // Of ten random vertices, choose the one farthest from this tree.
+            // The target is the one of ten random vertices that is farthest from this tree.
             let place = |k| (hash(twig, k, seed) * self.count as f32) as usize % self.count;
             let target = (0..10u32)
                 .map(place)
@@ -311,6 +317,7 @@ impl Skin {
     /// node feeds, to the power 1 / 2.6. The exponent 2.6 lies between the optima for turbulent
     /// flow (7 / 3, Uylings 1977) and for laminar flow (3, Murray 1926).
     fn pieces(&self, nodes: &[usize], parent: &[u32], root_m: f32) -> Vec<Piece> {
+        // For each node: the number of twig ends that it feeds, and the child that feeds the most.
         let mut fed = vec![0.0f32; self.count];
         let mut heir = vec![usize::MAX; self.count];
         // A node comes after its parent in `nodes`, so in reverse it comes first.

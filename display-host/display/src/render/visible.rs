@@ -11,12 +11,12 @@ use glam::{Mat4, Vec3};
 use super::gpu::Gpu;
 use crate::skinning::SkinnedVertex;
 
-/// Bits of a distance, as a number of single precision, that do not count for the order: eight
-/// classes for each doubling of the distance.
+/// Number of the lowest bits of a distance in single precision that do not count for the order. The
+/// remaining bits give eight classes for each doubling of the distance.
 const COARSE_BITS: u32 = 20;
-/// Largest number of classes of distance: twenty doublings.
+/// Number of classes of distance, for twenty doublings. The last class holds all farther distances.
 const CLASSES: usize = 160;
-/// Deviation of the device's arithmetic from ours, pixels.
+/// Largest deviation of the device's arithmetic from that of this module, pixels.
 const SLACK_PX: f32 = 1.0 / 64.0;
 
 /// A camera's view of the skin.
@@ -50,7 +50,8 @@ impl View {
         }
     }
 
-    /// Distance of a triangle that the picture may show, m. `None` if it cannot show it.
+    /// Distance of the nearest corner of a triangle, m. `None` if the picture cannot show the
+    /// triangle.
     fn shows(&self, corners: [Seen; 3]) -> Option<f32> {
         let [a, b, c] = corners;
         let nearest = a.far_m.min(b.far_m).min(c.far_m);
@@ -215,7 +216,7 @@ mod tests {
         assert!(shown(1, &[a, b, c], &[true]).is_empty(), "is hidden");
         assert!(shown(1, &facing(0.5, 0.0, -0.1, 0.01), &[]).is_empty());
         assert!(shown(1, &facing(0.0, 0.0, 0.1, 0.01), &[]).is_empty());
-        // One that reaches behind the lens stays.
+        // A triangle that reaches behind the lens stays.
         assert_eq!(shown(1, &[a, [0.0, 0.01, 0.1], c], &[]).len(), 1);
     }
 

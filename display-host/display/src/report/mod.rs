@@ -49,7 +49,7 @@ pub struct Summary {
     /// Time from published state to submitted frame, for frames drawn from the newest state.
     pub publish_to_frame_ns: Quantiles,
     /// Time from device sample to the picture that is handed to the screen, for frames drawn from
-    /// the newest state. The key keeps its first name; it does not reach the light.
+    /// the newest state. The key keeps its first name, although the time ends before any light.
     #[serde(rename = "motion_to_photon_ns")]
     pub motion_to_picture_ns: Quantiles,
     /// Time from device sample to the picture's presentation by the window system.
@@ -71,7 +71,7 @@ pub struct Summary {
     pub involuntary_switches: u64,
     /// True if the controller ran with SCHED_FIFO, locked memory and on one core.
     pub realtime: bool,
-    /// Conditions of real time that the controller lacked.
+    /// Conditions of real time that the system did not grant to the controller.
     pub not_realtime: Vec<String>,
     /// Number of timing records received.
     pub timing_records: u64,

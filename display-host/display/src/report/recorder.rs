@@ -283,7 +283,7 @@ impl Recorder {
     }
 }
 
-/// Force that was held back, for each reason that held any back.
+/// Force that was held back, by reason. A reason that held back no force is left out.
 fn held_back(counters: &Counters) -> Vec<HeldBack> {
     let counts = counters.held_ticks.iter().zip(&counters.held_times);
     let by_name = Fault::NAMES.iter().zip(counts);

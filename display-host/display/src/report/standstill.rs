@@ -16,7 +16,7 @@ pub(super) struct Standstills {
 
 impl Standstills {
     /// Takes the next record. If a tick made the controller miss periods, the next tick is
-    /// scheduled that much later. A gap of lost records is no standstill.
+    /// scheduled later by these periods. A gap of lost records is no standstill.
     pub(super) fn take(&mut self, record: &TickRecord) {
         let Some(last) = self.last.replace(*record) else {
             return;

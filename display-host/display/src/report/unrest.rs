@@ -1,4 +1,5 @@
-//! Organs that fell or shook in a run, or in which the instrument began, as warnings.
+//! Warnings of organs that fell or shook in a run, or that held the instrument when its device
+//! started or returned.
 
 use shared_mem::message::{Event, EventMsg};
 use shared_mem::scene::{SceneFile, str_from_name};
@@ -38,7 +39,8 @@ impl Unrest {
     }
 }
 
-/// An organ that fell or shook, or in which the instrument began, in `summary.json`.
+/// An organ in `summary.json` that fell or shook, or that held the instrument when its device
+/// started or returned.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct UnrestFinding {
     /// `fall`, `shake` or `buried`.

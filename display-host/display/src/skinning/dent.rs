@@ -1,15 +1,15 @@
 //! Dents of tools in the skin.
 //!
 //! Inner spheres are too coarse to show the dent of a thin tool. The contact law of the controller
-//! knows the rest: which piece of a tool (a ball, or a stretch of one part) presses on which organ,
-//! in which direction, and how far the piece reaches below the skin that the spheres carry. Each
-//! tick publishes these dents ([`DentMsg`]). The picture shows no others. The drawn skin is finer
-//! than the contact skin and lies a few millimetres from it in places, so the depth is measured
-//! again from the drawn skin.
+//! knows the rest: which piece of a tool presses on which organ, in which direction, and how far
+//! the piece reaches below the skin that the spheres carry. A piece is a ball or a stretch of one
+//! part. Each tick publishes these dents ([`DentMsg`]), and the picture shows no others. The drawn
+//! skin is finer than the contact skin. In places the two are a few millimetres apart, so the depth
+//! is measured again from the drawn skin.
 //!
-//! Across the dent, skin under the piece moves by the whole depth, and skin beside the piece moves
-//! less with distance. Below the skin, the displacement fades with depth, so slowly that no tissue
-//! folds. So the opposite wall of a thin organ moves along, and no wall passes through another.
+//! Skin under the piece moves by the whole depth. Skin beside the piece moves less, the farther
+//! away it is. Below the skin, the displacement fades with depth, so slowly that no tissue folds.
+//! So the opposite wall of a thin organ moves along, and no wall passes through another.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -20,7 +20,7 @@ use shared_mem::scene::OrganRecord;
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 pub struct Dent {
-    /// One end of the piece's axis, m; the fourth number is its radius, m.
+    /// One end of the piece's axis, m; the fourth number is the piece's radius, m.
     pub a: [f32; 4],
     /// The other end of the axis, m; the fourth number is the depth of the dent, m.
     pub b: [f32; 4],
@@ -35,21 +35,22 @@ pub struct Dent {
 /// stretched less than 2.4 times. `skinning.wgsl` has these numbers too.
 const SHOULDER_M: f32 = 0.0015;
 const SHOULDER_PER_DEPTH: f32 = 0.4;
-/// Depth below the skin over which the displacement falls to 1/e, m: this length, or twice the
-/// dent's depth if that is more. Tissue below the tool is then pressed together by half at most.
+/// Least depth below the skin at which the displacement has fallen to 1/e, m. The depth is twice
+/// that of the dent if this is more. Tissue below the tool is then pressed together by half at
+/// most.
 const FADES_M: f32 = 0.005;
 /// Drawn skin up to this height over the undisturbed skin is moved down to the tool's deepest
 /// level, m.
 const ROUGH_M: f32 = 0.001;
 
-/// Width (sigma) of the Gaussian about the piece's axis that averages the height of the drawn skin,
-/// m: half of the edge of a coarse skin's triangle.
+/// Width (sigma) of a Gaussian about the piece's axis, m. It weights the vertices of the drawn skin
+/// in the mean of their heights. The width is half of the edge of a coarse skin's triangle.
 const LEVEL_M: f32 = 0.0015;
 /// Largest difference between the drawn and the published depth, m. Skin that is off by more than
 /// twice this belongs to another wall.
 const DIFFERS_M: f32 = 0.003;
-/// Depth over which the difference comes in, as `1 − exp(−depth / SETTLES_M)`, m. A light touch
-/// must not make the skin jump.
+/// Depth of a dent at which 63 % of the difference counts, m. The share is `1 − exp(−depth /
+/// SETTLES_M)`, because a light touch must not make the skin jump.
 const SETTLES_M: f32 = 0.0005;
 
 /// Depth of a dent in the drawn skin, m. `near_m` are the undented vertices of the organ near the
@@ -99,10 +100,10 @@ pub(super) fn dents(
     all
 }
 
-/// Displacement of a vertex by dents, m. `share` returns the share of the vertex that belongs to
-/// the spheres of a dent's organ. `around_m` is the distance to the vertex's neighbours. Skin up to
-/// that far beside a piece goes down with the piece; otherwise a triangle would cut through the
-/// piece. Twin of `dented` in `skinning.wgsl`.
+/// Displacement of a vertex by dents, m. `share` returns the share of the vertex's weight that lies
+/// on the spheres of a dent's organ. `around_m` is the distance to the vertex's neighbours. Skin at
+/// most that far beside a piece goes down with the piece; otherwise a triangle would cut through
+/// the piece. Twin of `dented` in `skinning.wgsl`.
 pub(super) fn dented(
     dents: &[Dent],
     at: Vec3,
@@ -142,7 +143,7 @@ fn displaced_m(dent: &Dent, at: Vec3, around_m: f32) -> f32 {
     if x > 3.0 {
         return 0.0;
     }
-    // Depth below the undisturbed skin.
+    // Depth of the place below the undisturbed skin.
     let below_m = along_m - (radius_m - depth_m);
     let under_m = if below_m >= 0.0 {
         depth_m * (-below_m / FADES_M.max(2.0 * depth_m)).exp()
@@ -233,7 +234,7 @@ mod tests {
         assert!(dented(&[dent], Vec3::ZERO, EDGE_M, |_| 0.0) == Vec3::ZERO);
         let half = dented(&[dent], Vec3::ZERO, EDGE_M, |_| 0.5);
         assert!((half.z + 0.0015).abs() < 1e-6, "{half}");
-        // Jaws on both sides of a fold of 4 mm.
+        // The other dent is that of a jaw on the opposite side of a fold of 4 mm.
         let mut other = dent;
         for end in [&mut other.a, &mut other.b] {
             end[2] = -0.004 - end[2];

@@ -187,7 +187,8 @@ impl GpuSkinning {
         }
     }
 
-    /// Records both steps as one pass; `stamps` receives its start and end.
+    /// Records one pass, which moves the vertices and then gathers the normals. `stamps` receives
+    /// the pass's start and end.
     pub fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -205,7 +206,7 @@ impl GpuSkinning {
     }
 }
 
-/// Refuses more of something than the device can hold.
+/// Returns an error if there is more of something than the device can hold.
 fn fits(what: &'static str, found: usize, max: u64) -> Result<(), DisplayError> {
     let found = found as u64;
     if found > max {

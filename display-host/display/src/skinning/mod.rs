@@ -26,12 +26,12 @@ use shared_mem::scene::{OrganRecord, SceneFile, WEIGHT_SUM};
 use self::dent::{Dent, dented};
 use self::motion::{Motion, moved};
 
-/// Assumed ratio of the farthest to the root mean square distance of a vertex's neighbours.
-/// `skinning.wgsl` has the same number.
+/// Assumed ratio of two distances from a vertex to its neighbours: the largest one and the root
+/// mean square. `skinning.wgsl` has the same number.
 const FARTHEST: f32 = 1.2;
 
-/// Distance from a dent within which a sphere's vertices may lie under the tool, m: the radius of
-/// the largest spheres plus the tool's radius.
+/// Distance between a dent and a sphere's centre, m, below which the sphere's vertices may lie
+/// under the tool. It is the radius of the largest spheres plus the tool's radius.
 const NEAR_M: f32 = 0.015;
 
 /// The tools' effect on skin, in the layout of the shaders.
@@ -99,7 +99,8 @@ pub struct RestVertex {
 }
 
 impl RestVertex {
-    /// Share of the vertex that belongs to the spheres from the first number to before the second.
+    /// Share of the vertex's weight that lies on a range of spheres. The first number is the
+    /// range's first sphere, and the second is the first sphere after the range.
     fn share(&self, [first, end, ..]: [u32; 4]) -> f32 {
         let own = self.bound().filter(|it| (first..end).contains(&it.0));
         let sum: u32 = own.map(|it| it.1).sum();
@@ -111,8 +112,8 @@ impl RestVertex {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct SkinnedVertex {
-    /// Position in the world frame, m. The fourth number is the skin's displacement by a tool, m.
-    /// For a fibre or thread it is the negated radius, m.
+    /// Position in the world frame, m. The fourth number is the length by which tools displace the
+    /// skin, m. For a fibre or thread it is the negated radius, m.
     pub position: [f32; 4],
     /// Unit normal. The fourth number is the curvature added since rest, 1/m, above 0 in a hollow.
     pub normal: [f32; 4],
@@ -127,11 +128,12 @@ pub struct SkinMesh {
     pub triangles: Vec<[u32; 3]>,
     /// Number of vertices that follow spheres.
     pub skinned: usize,
-    /// Triangles of vertex `i`: `ring[ring_first[i]..ring_first[i + 1]]`.
+    /// Index in `ring` at which the triangles of each vertex begin. The triangles of vertex `i` are
+    /// `ring[ring_first[i]..ring_first[i + 1]]`.
     pub ring_first: Vec<u32>,
-    /// Triangles, grouped by vertex.
+    /// Indices of the triangles around each vertex, one vertex after the other.
     pub ring: Vec<u32>,
-    /// For each sphere: the vertices that follow it most.
+    /// For each sphere: the vertices in which its weight is the largest.
     pub of_sphere: Vec<Vec<u32>>,
     /// For each vertex at rest: height of its neighbours' mean above the vertex (m), and 2 divided
     /// by the neighbours' mean squared distance (1/m²).
@@ -323,8 +325,8 @@ impl SkinMesh {
                 let reach2: f32 = corners
                     .map(|v| at(v as usize).distance_squared(at(i)))
                     .sum();
-                // Mean squared distance of the neighbours: a paraboloid of curvature k lifts their
-                // mean by k/2 times this.
+                // A paraboloid of curvature k lifts the neighbours' mean by k/2 times their mean
+                // squared distance.
                 let mean2 = reach2 / (2 * ring.len()).max(1) as f32;
                 [lift, if mean2 > 1e-12 { 2.0 / mean2 } else { 0.0 }]
             })

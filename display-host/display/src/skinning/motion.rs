@@ -1,12 +1,13 @@
 //! Motion of the tissue around each sphere: the displacement of its centre, and the rotation and
 //! stretch of its neighbours about it.
 //!
-//! A sphere's neighbours, joined to it by links, moved from `d` to `d'`. `A = Σ d' dᵀ / |d|²` and
-//! `B = Σ d dᵀ / |d|²` give the deformation `F = A B⁻¹`, exact wherever tissue deforms affinely. In
-//! directions without neighbours the rotation part of `A` takes the place of `F`: across a duct,
-//! whose spheres lie in a row, or at a sphere that has lost neighbours. The rotation is found by
-//! iteration from that of the last frame (Müller, Bender, Chentanez, Macklin: "A Robust Method to
-//! Extract the Rotational Part of Deformations", 2016).
+//! Links join a sphere to its neighbours. Relative to the sphere, a neighbour has moved from `d` to
+//! `d'`. `A = Σ d' dᵀ / |d|²` and `B = Σ d dᵀ / |d|²` give the deformation `F = A B⁻¹`, which is
+//! exact wherever tissue deforms affinely. A sphere of a duct has no neighbours across the duct,
+//! and a sphere may have lost neighbours. In directions without neighbours, the rotation part of
+//! `A` takes the place of `F`. An iteration finds the rotation from that of the last frame (Müller,
+//! Bender, Chentanez, Macklin: "A Robust Method to Extract the Rotational Part of Deformations",
+//! 2016).
 //!
 //! Neighbours in a row do not tell how far a duct has turned about itself. From frame to frame,
 //! each sphere would keep a twist of its own from past bends, and skin between two spheres of
@@ -40,8 +41,8 @@ const PRIOR: f32 = 0.05;
 /// neighbours in one plane would exaggerate the deviation.
 const STRETCH_MAX: f32 = 0.6;
 /// Weight of the neighbours' rotations for a sphere in a row, as a share of the neighbours' mean
-/// weight in a direction. Small, so that the neighbours' positions decide wherever they determine
-/// the rotation.
+/// weight in a direction. It is small, so that the neighbours' positions decide wherever they
+/// determine the rotation.
 const TWIST: f32 = 0.1;
 /// A sphere counts as in a row if the second invariant of `B` is below this share of the squared
 /// trace of `B`. The share is 1/3 with neighbours all around, 1/4 in a plane, 0 in a row.
@@ -58,16 +59,20 @@ pub struct Motions {
     follow: Follow,
     rest: Vec<Vec3>,
     links: Vec<[u32; 2]>,
-    /// Neighbours of sphere `i`: `around[first[i]..first[i + 1]]`.
+    /// Index in `around` at which the neighbours of each sphere begin. The neighbours of sphere `i`
+    /// are `around[first[i]..first[i + 1]]`.
     first: Vec<u32>,
     around: Vec<u32>,
     /// Spheres in a row, and the spheres whose rotations each of them follows.
     rows: Vec<(u32, Vec<u32>)>,
     /// Attachments between spheres of two organs.
     ties: Vec<[u32; 2]>,
-    /// `(B + prior)⁻¹` and the prior of each sphere.
+    /// `(B + prior)⁻¹` and the prior of each sphere. The prior is the weight of the rotation in
+    /// every direction.
     inverse: Vec<(Mat3, f32)>,
+    /// Present rotation of each sphere.
     turns: Vec<Quat>,
+    /// Present motion of each sphere.
     now: Vec<Motion>,
 }
 
@@ -110,8 +115,7 @@ impl Motions {
         motions
     }
 
-    /// Severs these links and joins all others: spheres do not follow neighbours across severed
-    /// links.
+    /// Severs these links and joins all others. A severed link joins no neighbours.
     pub fn sever(&mut self, severed: &[[u32; 2]]) {
         self.find_neighbours(severed);
     }
@@ -177,7 +181,8 @@ impl Motions {
             .collect()
     }
 
-    /// Turns each sphere in a row with its neighbours, first along the rows, then back.
+    /// Lets each sphere in a row turn with its neighbours. It takes the spheres in the order of
+    /// their numbers, then in the reverse order.
     fn untwist(&mut self, at: impl Fn(usize) -> Vec3) {
         let there_and_back = (0..self.rows.len()).chain((0..self.rows.len()).rev());
         for row in there_and_back {
@@ -285,7 +290,7 @@ pub fn moved(motion: &Motion, at: Vec3) -> Vec3 {
     at + Vec3::new(row(0), row(1), row(2))
 }
 
-/// A link's ends in one order.
+/// The ends of a link, the smaller number first.
 fn pair(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
@@ -300,7 +305,7 @@ mod tests {
     fn block(side: usize) -> (Vec<Vec3>, Vec<[u32; 2]>) {
         let at = |i: usize| {
             let [x, y, z] = [i % side, i / side % side, i / side / side].map(|k| k as f32);
-            // Not quite a grid.
+            // The shake makes the block a little different from a grid.
             let shake = Vec3::new(
                 (i as f32 * 1.7).sin(),
                 (i as f32 * 2.9).cos(),
@@ -364,7 +369,8 @@ mod tests {
             for (motion, &c) in motions.now().iter().zip(&rest) {
                 let skin = c + Vec3::new(0.004, -0.003, 0.006);
                 let off = moved(motion, skin).distance(f * skin);
-                // The prior takes away some hundredths of the stretch, over 8 mm here.
+                // The prior makes the stretch some hundredths too small. The point is 8 mm away
+                // from the sphere.
                 prop_assert!(off < 4e-4, "{off} m");
             }
         }
@@ -396,7 +402,7 @@ mod tests {
             motions.update(&states(rest.iter().map(|&c| turn * c)));
         }
         for (motion, &c) in motions.now().iter().zip(&rest) {
-            // A point off the row, where the sphere has no neighbours.
+            // The point lies off the row, in a direction without neighbours.
             let skin = c + Vec3::new(0.0, 0.0015, 0.0);
             let off = moved(motion, skin).distance(quarter * skin);
             assert!(off < 1e-4, "{off} m");

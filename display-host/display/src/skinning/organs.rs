@@ -82,7 +82,7 @@ impl OrganSurfaces {
         let [vertices, triangles] = [organ.vertices, organ.triangles]
             .map(|[first, count]| first as usize..(first + count) as usize);
         let first = vertices.start as u32;
-        // Skin that is not drawn has triangles without area.
+        // Triangles without area are not drawn, because the skin is hidden there.
         let drawn = self.mesh.triangles.get(triangles)?.iter();
         let drawn = drawn.filter(|[a, b, c]| a != b && b != c);
         Some(OrganSurface {

@@ -1,9 +1,9 @@
 //! Severed tubes: each piece of a duct or vessel follows its own spheres only.
 //!
-//! A vertex near a cut is bound to spheres on both sides of it. After the cut, its weights on the
-//! spheres of other pieces go to its other spheres, in proportion, and triangles between two pieces
-//! are not drawn. A collar joins the end of one tube to another tube; the joined pieces count as
-//! one.
+//! A vertex near a cut is bound to spheres on both sides of it. After the cut, the vertex belongs
+//! to the piece of the sphere with the largest weight. The weights of the spheres of other pieces
+//! are spread over its remaining spheres, in proportion. Triangles between two pieces are not
+//! drawn. A collar joins the end of one tube to another tube; the joined pieces count as one.
 
 use std::ops::Range;
 
@@ -14,11 +14,11 @@ use super::SkinMesh;
 /// Pieces of the tubes, and the whole skin from which they are cut.
 #[derive(Debug, Clone)]
 pub struct Pieces {
-    /// The links of tubes, in the order of `StateFrame::parted`.
+    /// The elastic links of all organs without tetrahedra, in the order of `StateFrame::parted`.
     links: Vec<[u32; 2]>,
     /// Links that are severed at present.
     parted: Vec<bool>,
-    /// Spheres of two tubes that a collar joins.
+    /// Pairs of spheres of two tubes that a collar joins.
     joints: Vec<[u32; 2]>,
     /// Vertices that follow spheres of tubes, with their weights before any cut.
     vertices: Vec<(u32, [u32; 4])>,
@@ -32,7 +32,7 @@ pub struct Pieces {
 const NONE: u32 = u32::MAX;
 
 impl Pieces {
-    /// The tubes of a scene, whole, and their part of its skin.
+    /// Pieces of a scene before any cut: each tube is one piece.
     #[must_use]
     pub fn of(scene: &SceneFile, mesh: &SkinMesh) -> Self {
         let is_listed = |organ: &&OrganRecord| organ.tetrahedra[1] == 0 && organ.elastic_links > 0;
@@ -90,12 +90,12 @@ impl Pieces {
             .map(|(link, _)| *link)
     }
 
-    /// Runs of the tubes' vertices in the skin.
+    /// Ranges of the tubes' vertices in the skin.
     pub(super) fn vertex_runs(&self) -> Vec<Range<usize>> {
         runs(self.vertices.iter().map(|(vertex, _)| *vertex))
     }
 
-    /// Runs of the tubes' triangles in the skin.
+    /// Ranges of the tubes' triangles in the skin.
     pub(super) fn triangle_runs(&self) -> Vec<Range<usize>> {
         runs(self.triangles.iter().map(|(triangle, _)| *triangle))
     }
@@ -161,8 +161,8 @@ impl Pieces {
     }
 }
 
-/// Spheres of two tubes that one vertex follows: a collar joins the tubes there. `tube_of` has the
-/// tube of each sphere of the scene.
+/// Pairs of spheres of two tubes. One vertex follows both spheres of a pair, because a collar joins
+/// the tubes there. `tube_of` has the tube of each sphere of the scene.
 fn joints(mesh: &SkinMesh, tube_of: &[u32]) -> Vec<[u32; 2]> {
     let tube = |sphere: u32| tube_of.get(sphere as usize).copied().unwrap_or(NONE);
     let joint = |vertex: &super::RestVertex| {
@@ -183,7 +183,7 @@ fn joints(mesh: &SkinMesh, tube_of: &[u32]) -> Vec<[u32; 2]> {
     joints
 }
 
-/// Runs of consecutive numbers among numbers that rise.
+/// Runs of consecutive numbers in a rising list of numbers.
 fn runs(numbers: impl Iterator<Item = u32>) -> Vec<Range<usize>> {
     let mut runs: Vec<Range<usize>> = Vec::new();
     for number in numbers {
@@ -205,8 +205,8 @@ impl super::RestVertex {
         })
     }
 
-    /// Moves the weights of the spheres that `keeps` refuses to the vertex's other spheres, in
-    /// proportion.
+    /// Keeps the weights of the spheres for which `keeps` is true. The other weights are spread
+    /// over these spheres, in proportion.
     fn keep(&mut self, keeps: impl Fn(u32) -> bool) {
         let kept: u32 = self.bound().filter(|it| keeps(it.0)).map(|it| it.1).sum();
         if kept == 0 || kept == WEIGHT_SUM {
@@ -223,7 +223,7 @@ impl super::RestVertex {
                 heaviest = heaviest.max((weight, slot));
             }
         }
-        weights[heaviest.1] += left; // the rest of the divisions
+        weights[heaviest.1] += left; // the remainders of the divisions
         self.weights = core::array::from_fn(|i| weights[2 * i] | weights[2 * i + 1] << 16);
     }
 }

@@ -14,7 +14,7 @@ struct Dent {
   a: vec4f,     // w: radius, m
   b: vec4f,     // w: depth, m
   into: vec4f,
-  spheres: vec4u,  // first sphere of the organ, first after its last
+  spheres: vec4u,  // the organ's first sphere, and the first sphere after its last
 }
 struct Touch { count: vec4u, dents: array<Dent, 64> }
 struct Counts { skinned: u32, unused0: u32, unused1: u32, unused2: u32 }
@@ -58,8 +58,8 @@ const SHOULDER_PER_DEPTH: f32 = 0.4;
 const FADES: f32 = 0.005;
 const ROUGH: f32 = 0.001;
 
-// Displacement of vertex `i`, carried to `at`, by the dents. Twin of `dent::dented`, which explains
-// it.
+// Displacement by the dents of vertex `i`, which the spheres have carried to `at`. Its twin
+// `dent::dented` explains it.
 fn dented(i: u32, at: vec3f, around: f32) -> vec3f {
   var sum = vec3f(0.0);
   var weights = 0.0;
@@ -75,7 +75,8 @@ fn dented(i: u32, at: vec3f, around: f32) -> vec3f {
   return vec3f(0.0);
 }
 
-// Share of vertex `i` that belongs to spheres of this range.
+// Share of the weight of vertex `i` that lies on the spheres from `spheres.x` to before
+// `spheres.y`.
 fn share(i: u32, spheres: vec4u) -> f32 {
   var sum = 0.0;
   for (var k = 0u; k < 4u; k++) {

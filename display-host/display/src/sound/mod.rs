@@ -16,7 +16,7 @@ use self::synth::{Current, Heard, Synth};
 const RATE_HZ: u32 = 48_000;
 /// Number of samples computed at once: 10 ms.
 const BLOCK: usize = 480;
-/// Number of blocks by which the written samples are ahead of the clock.
+/// Number of blocks that are written before the player needs them.
 const AHEAD: u32 = 4;
 /// A player that ends within this time counts as one that never played.
 const STARTS: Duration = Duration::from_millis(1500);
@@ -113,7 +113,7 @@ impl Sound {
         self.heard.store(packed(heard), Ordering::Relaxed);
     }
 
-    /// Takes the reason for silence, once.
+    /// Takes the reason for which no sound plays, if there is one. A second call returns `None`.
     pub fn take_problem(&self) -> Option<String> {
         self.problem.try_recv().ok()
     }

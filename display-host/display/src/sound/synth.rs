@@ -52,9 +52,9 @@ pub enum Current {
 pub struct Heard {
     /// Current of the electrode.
     pub current: Current,
-    /// An unacknowledged alarm.
+    /// True while an alarm is not acknowledged.
     pub alarm: bool,
-    /// The heart monitor.
+    /// True while the heart monitor beeps.
     pub heart: bool,
     /// Number of clips closed so far: each new one clicks.
     pub clips: u8,
@@ -68,13 +68,18 @@ pub struct Synth {
     /// Levels of cut, coagulation, alarm and heart, moving towards 0 or 1.
     levels: [f32; 4],
     phases: [f32; 4],
+    /// Time since the alarm's beeps began or repeated, s.
     alarm_s: f32,
+    /// Time since the last heart beep began, s.
     heart_s: f32,
+    /// Time since the newest click began, s.
     click_s: f32,
-    /// Level of a click that the next one has cut short. It fades, because an abrupt end would
-    /// crackle.
+    /// Level of a click that the next click has cut short. The level fades, because an abrupt end
+    /// would crackle.
     cut_short: f32,
+    /// State of the generator of noise.
     noise: u32,
+    /// The last sample of filtered noise.
     rough: f32,
 }
 
@@ -166,7 +171,7 @@ impl Synth {
         sum
     }
 
-    /// Advances a phase, rad.
+    /// Advances a phase by one sample of this pitch. Returns the phase, rad.
     fn turn(&mut self, which: usize, hz: f32) -> f32 {
         let phase = &mut self.phases[which];
         *phase = (*phase + TAU * hz / self.rate_hz) % TAU;
@@ -184,8 +189,8 @@ impl Synth {
     }
 }
 
-/// Sample of a clip's click, `t_s` after it closed: a short ring of the ratchet and a longer one of
-/// the clip's legs.
+/// Sample of a click, `t_s` after the clip closed. The ratchet rings shortly, and the clip's legs
+/// ring longer.
 fn click(t_s: f32) -> f32 {
     if t_s >= CLICK_S {
         return 0.0;

@@ -22,7 +22,7 @@ pub enum ActsReader {
 /// Acts of instructors at one moment.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ActsView {
-    /// The newest act, and the text of a remark, while the picture tells them.
+    /// The newest act, as long as the picture tells it. A remark has its text, if the text is told.
     pub notice: Option<(ActKind, Option<String>)>,
     /// Place at which an instructor points, world frame, m.
     pub mark: Option<[f32; 3]>,

@@ -51,8 +51,8 @@ pub enum Asked {
     ShowSettings(bool),
     /// Apply these settings.
     Set(Settings),
-    /// As an instructor, point at this place of the picture, from its middle, in half heights, y
-    /// up.
+    /// As an instructor, point at this place of the picture. The place is given from the picture's
+    /// middle, in half heights, y up.
     Point([f32; 2]),
     /// As an instructor, do this at the station.
     Act(ActMsg),
@@ -61,8 +61,8 @@ pub enum Asked {
 }
 
 impl Asked {
-    /// True if the request commands the controller, which an instructor's display may not: the
-    /// station decides on an instructor's acts.
+    /// True if the request commands the controller. An instructor's display may not do so, because
+    /// the station decides on an instructor's acts.
     #[must_use]
     pub const fn reaches_in(self) -> bool {
         match self {

@@ -12,7 +12,8 @@ const WINDOW: usize = 4096;
 /// shorter times, and the last one all longer times.
 pub(super) const BARS: usize = 16;
 
-/// Gates of the safety chain in order, each by the controller's name of its counter.
+/// Gates of the safety chain, in their order. Each has the name that the controller gives to its
+/// counter.
 const GATES: [&str; 12] = [
     "bad_sample",
     "speed_trip",
@@ -31,7 +32,9 @@ const GATES: [&str; 12] = [
 /// Rolling view of the timing records.
 #[derive(Debug, Clone, Default)]
 pub struct TickHealth {
+    /// Wake-up delay and duration of each of the last ticks, ns.
     recent: VecDeque<[u32; 2]>,
+    /// Number and scheduled time (ns) of the newest tick.
     last: Option<(u64, u64)>,
     /// Rate of the ticks, averaged over the last batches, Hz.
     pub rate_hz: f32,
@@ -78,7 +81,8 @@ impl TickHealth {
             return;
         };
         let (ticks, ns) = (now.0.wrapping_sub(last.0), now.1.wrapping_sub(last.1));
-        // A restarted controller counts from zero, so skip the pair of batches around the restart.
+        // A restarted controller counts from zero, so the pair of batches around the restart gives
+        // no rate.
         if now.0 > last.0 && now.1 > last.1 {
             let rate = ticks as f32 / (ns as f32 * 1e-9);
             self.rate_hz += (rate - self.rate_hz) * if self.rate_hz == 0.0 { 1.0 } else { 0.2 };
@@ -113,7 +117,8 @@ impl TickHealth {
         GATES.into_iter().map(move |name| (name, count(name)))
     }
 
-    /// Share of wake-up delays (0) or tick durations (1) in each bar.
+    /// Share of the ticks in each bar. With `which` 0 the bars count wake-up delays, with 1 the
+    /// durations of ticks.
     pub(super) fn bars(&self, which: usize) -> [f64; BARS] {
         let mut bars = [0.0; BARS];
         for pair in &self.recent {

@@ -89,7 +89,7 @@ pub struct UiState {
     pub health: TickHealth,
     /// Force on the hand over the last seconds: time, s, and force, N.
     pub force: Vec<[f64; 2]>,
-    /// Age of the newest picture when it was shown, from the device sample, ms.
+    /// Time from the device's sample until the newest picture was shown, ms.
     pub motion_to_picture_ms: f32,
     /// Frames a second.
     pub frames_per_second: f32,
@@ -152,8 +152,8 @@ impl UiState {
         self.settings = settings;
     }
 
-    /// Takes the latest bulletin for an instructor. `None` if there is none any more, or if it
-    /// cannot be parsed; the previous one is then outdated and dropped.
+    /// Takes the latest bulletin for an instructor. It is `None` if there is no bulletin any more,
+    /// or if it cannot be parsed. The previous bulletin is outdated then, and is dropped.
     pub fn watch(&mut self, bulletin: Option<Bulletin>) {
         self.task_view = bulletin.as_ref().map(|it| it.task.clone());
         self.bulletin = bulletin;

@@ -9,7 +9,7 @@ use shared_mem::words::CapsuleRole;
 use crate::render::camera::Scope;
 use crate::words::Words;
 
-/// Length of the arrow per newton, m.
+/// Length of the force's arrow per newton, m.
 const ARROW_M_PER_N: f32 = 0.02;
 
 /// Meaning of a mark.
@@ -31,7 +31,7 @@ pub enum Mark {
     Tool,
     /// Force on the hand.
     Force,
-    /// Position of the instrument as the hand holds it; tissue may keep the tool away from it.
+    /// Position at which the hand holds the instrument. Tissue may keep the tool away from it.
     Device,
 }
 
@@ -52,7 +52,7 @@ pub struct Circle {
 pub struct Line {
     /// Ends.
     pub ends: [Vec2; 2],
-    /// Thickness, in half heights; 0: hairline.
+    /// Thickness, in half heights. 0 stands for a hairline.
     pub width: f32,
     /// Its meaning.
     pub mark: Mark,
@@ -81,8 +81,8 @@ pub struct Overlay {
 }
 
 impl Overlay {
-    /// The view of a moment through the scope. Spheres outside the endoscope's circle are left out,
-    /// and lines with an end outside it.
+    /// The view of a moment through the scope. Spheres outside the endoscope's circle are left out.
+    /// So are lines of which an end lies outside it.
     #[must_use]
     pub fn of(
         scene: &SceneFile,
@@ -116,8 +116,7 @@ impl Overlay {
         overlay
     }
 
-    /// Removes everything that the view inside the organs shows by itself: links, and untouched
-    /// spheres.
+    /// Removes links and untouched spheres, because the view inside the organs draws them itself.
     pub fn leave_to_picture(&mut self) {
         self.lines.retain(|line| line.mark != Mark::Link);
         let touched = |c: &Circle| matches!(c.mark, Mark::Contact | Mark::Grasped | Mark::Device);
@@ -164,8 +163,8 @@ impl Overlay {
         }
     }
 
-    /// Adds the end of the shaft as the hand holds it, with a circle at its tip and a line from the
-    /// tip to the nearest other part of the tool.
+    /// Adds the end of the shaft at the position at which the hand holds it, and a circle at its
+    /// tip. A line joins this tip to the nearest part of the tool other than the shaft.
     fn add_device(&mut self, scene: &SceneFile, tools: &ToolFrame, camera: &Mat4, scope: &Scope) {
         let room = scene.room();
         let handle = Vec3::from(tools.world_from_handle.position_m);

@@ -15,8 +15,8 @@ pub(super) fn screen<Wish: Clone>(
     wishes: &mut Vec<Wish>,
     add: impl FnOnce(&mut Ui, &mut Vec<Wish>),
 ) {
-    // A new screen's default button gets the focus when it is first shown, and acts on keys a frame
-    // later. Until then Enter is handled here.
+    // The default button of a new screen gets the focus in its first frame, and acts on keys from
+    // the next frame on. Until then this code handles Enter.
     let none_chosen = ui.memory(|memory| memory.focused().is_none());
     if let Some((_, wish)) = meant.and_then(|it| buttons.get(it))
         && none_chosen
@@ -29,8 +29,8 @@ pub(super) fn screen<Wish: Clone>(
         .show(ui, |ui| {
             legible(ui);
             ui.add_space(10.0);
-            // Widget ids are those of this screen alone, so that the previous screen's focus does
-            // not carry over.
+            // Each screen has widget ids of its own, so that the previous screen's focus does not
+            // carry over.
             ui.push_id(name, |ui| {
                 ui.horizontal_wrapped(|ui| {
                     for (number, (text, wish)) in buttons.iter().enumerate() {

@@ -88,14 +88,15 @@ pub(super) fn show(ui: &mut Ui, sketch: Sketch, size: Vec2, text: &str) {
     ui.ctx().request_repaint_after(redraw);
 }
 
-/// A round picture: places are given in shares of its radius, y up.
+/// A round picture. Places in it are given in shares of its radius, y up.
 struct Scene {
     painter: Painter,
     middle: Pos2,
     radius: f32,
 }
 
-/// Share of the way from `from` to `to` in a phase, eased at both ends.
+/// Progress of a movement that begins at the phase `from` and ends at `to`: 0 before, 1 after, and
+/// eased at both ends.
 fn between(phase: f32, from: f32, to: f32) -> f32 {
     let share = ((phase - from) / (to - from)).clamp(0.0, 1.0);
     share * share * (3.0 - 2.0 * share)

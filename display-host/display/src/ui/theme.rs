@@ -98,7 +98,7 @@ mod tests {
     #[test]
     fn contrast_is_that_of_the_standard() {
         assert!((contrast(Color32::BLACK, Color32::WHITE) - 21.0).abs() < 1e-9);
-        // The grey that WCAG's own examples name as just enough on white.
+        // WCAG's own examples name this grey as just enough on white.
         let grey = Color32::from_gray(0x76);
         assert!((contrast(grey, Color32::WHITE) - 4.54).abs() < 0.01);
     }

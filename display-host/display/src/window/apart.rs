@@ -65,7 +65,7 @@ fn apart<T: Send + 'static>(
         match told.recv_timeout(LOOK_EVERY) {
             Ok(outcome) => {
                 // The window's drivers clean up as its thread ends, and again as the process ends.
-                // Both at once could free memory twice, so wait for the thread.
+                // Both at once could free memory twice, so this function waits for the thread.
                 let _ = thread.join();
                 return outcome;
             }

@@ -181,8 +181,8 @@ impl Canvas {
         match self.surface.get_current_texture() {
             Current::Success(texture) | Current::Suboptimal(texture) => Ok(Some(texture)),
             Current::Outdated | Current::Lost => {
-                // Keep the size of the last `Resized`: asking a window that is gone for its size
-                // panics.
+                // The size stays that of the last `Resized`. To ask a window that is gone for its
+                // size would panic.
                 self.renew();
                 Ok(None)
             }
@@ -210,8 +210,8 @@ impl Canvas {
         }
     }
 
-    /// Input for egui, as `egui_winit::State::take_egui_input` takes it, but without asking the
-    /// window for its size, which panics once the window is gone.
+    /// Input for egui, as `egui_winit::State::take_egui_input` takes it. But this function does not
+    /// ask the window for its size, because that panics once the window is gone.
     fn take_input(&mut self) -> egui::RawInput {
         let native = self.window.scale_factor() as f32;
         let points = native * self.input.egui_ctx().zoom_factor();
@@ -291,8 +291,8 @@ impl Canvas {
     }
 }
 
-/// Drops a frame of a lost device. In wgpu 30 (its issue 8243) this panics unless the thread is
-/// unwinding already.
+/// Drops a frame of a lost device. In wgpu 30 (its issue 8243) a plain drop panics, unless the
+/// thread is unwinding already.
 fn give_up(frame: wgpu::SurfaceTexture) {
     let unwinds = move || {
         let _frame = frame;

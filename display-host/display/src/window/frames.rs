@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 
 use crate::latency::FrameRecord;
 
-/// Largest number of frame records kept: nearly two hours at 60 Hz. Then the older half is dropped.
+/// Largest number of frame records that are kept: nearly two hours at 60 Hz. At this number, the
+/// older half is dropped.
 const FRAMES_KEPT: usize = 400_000;
 /// Time over which the rate is measured.
 const RATE_OVER: Duration = Duration::from_secs(2);

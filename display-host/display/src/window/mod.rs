@@ -206,7 +206,7 @@ impl App<'_> {
         events.exit();
     }
 
-    /// Does one frame: receives, shows, carries out requests.
+    /// Does one frame: receives messages, shows the picture, and carries out requests.
     fn frame(&mut self, events: &ActiveEventLoop) {
         self.session.receive(self.observer);
         let Some(screen) = &mut self.screen else {
@@ -252,7 +252,8 @@ impl App<'_> {
             Some((screen, warning)) => {
                 self.losses_left -= 1;
                 (self.session).warn(warning, self.observer);
-                // A key that is released meanwhile reaches no window, so release the instrument.
+                // A key that is released meanwhile reaches no window, so the instrument is
+                // released.
                 self.session.operate.let_go();
                 self.open(events, screen.close());
             }
@@ -292,7 +293,8 @@ impl ApplicationHandler<accesskit_winit::Event> for App<'_> {
             screen.take_event(&event);
         }
         match event {
-            // A window without the focus does not see keys released, so release the instrument.
+            // A window without the focus does not see that keys are released, so the instrument is
+            // released.
             WindowEvent::Focused(false) => {
                 self.session.operate.let_go();
                 screen.hold_mouse(false);
@@ -333,8 +335,8 @@ impl ApplicationHandler<accesskit_winit::Event> for App<'_> {
             events.exit();
         }
         self.session.operate.tell();
-        // A hidden window gets no redraw by itself. Request one, so that the session goes on
-        // receiving.
+        // A hidden window gets no redraw by itself. The session receives in a redraw, so one is
+        // requested.
         if let Some(screen) = &self.screen {
             screen.redraw();
         }

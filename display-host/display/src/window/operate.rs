@@ -56,12 +56,16 @@ const KEYS: [KeyCode; 16] = [
     KeyCode::ControlRight,
 ];
 
-/// Input of mouse and keyboard.
+/// Input of mouse and keyboard while they lead the hand.
 #[derive(Debug)]
 struct Leading {
+    /// The next message. Its motions are sums since the instrument was taken.
     message: HandMsg,
+    /// For each of [`KEYS`]: true while it is held.
     held: [bool; KEYS.len()],
+    /// True while the mouse button that closes the jaws is held.
     mouse_jaws: bool,
+    /// True while the mouse button that coagulates is held.
     mouse_coagulates: bool,
     /// True while the middle button makes the mouse move the endoscope.
     mouse_scope: bool,
@@ -194,10 +198,12 @@ impl Leading {
 #[derive(Debug)]
 pub(super) struct Operate {
     station: Station,
+    /// Sender and input, while mouse and keyboard lead the instrument.
     on: Option<(HandSender, Leading)>,
     /// Sender of the last message, kept for [`LAST_WORD`], and the time at which the message was
     /// sent.
     leaving: Option<(HandSender, Instant)>,
+    /// Time up to which held keys have moved the hand.
     advanced: Instant,
     lead: Lead,
 }
@@ -250,7 +256,8 @@ impl Operate {
         Ok(())
     }
 
-    /// Releases the instrument, if taken. The pedal goes up at once; the jaws stay as they are.
+    /// Releases the instrument if it is taken. The pedal goes up at once, and the jaws stay as they
+    /// are.
     pub(super) fn let_go(&mut self) {
         if let Some((sender, leading)) = self.on.take() {
             sender.send(HandMsg {

@@ -160,8 +160,8 @@ impl ApplicationHandler<accesskit_winit::Event> for App<'_> {
         if self.stop.load(Ordering::Relaxed) || self.page.is_over() {
             events.exit();
         }
-        // Request a missed frame only after a delay. Without the delay, a hidden window would
-        // request frames endlessly.
+        // A missed frame is requested again only after a delay. Without the delay, a hidden window
+        // would request frames endlessly.
         let missed = self.missed.is_some_and(|it| it.elapsed() >= LOOK_ABOUT);
         if (self.page.look_about() || missed)
             && let Some(canvas) = &self.canvas

@@ -1,5 +1,5 @@
-//! Effects that wait for the next picture. Old and excess effects are dropped, reports of leaks
-//! last.
+//! Effects that wait for the next picture. Old and excess effects are dropped. Reports of leaks do
+//! not grow old, and are dropped only if nothing else waits.
 
 use std::collections::VecDeque;
 
@@ -19,7 +19,7 @@ pub(super) struct Pending {
 impl Pending {
     pub(super) fn push(&mut self, now_s: f64, effect: Effect) {
         if self.waiting.len() == PENDING_MAX {
-            // A leak that nobody hears of would never flow, or never stop.
+            // If the report of a leak were lost, the leak would never flow, or never stop.
             let passing = self.waiting.iter().position(|(_, it)| !it.is_leak());
             self.waiting.remove(passing.unwrap_or(0));
         }

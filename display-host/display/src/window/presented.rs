@@ -1,8 +1,9 @@
 //! Asks the X server when it presents the window's pictures.
 //!
 //! wgpu passes no presentation times on. But drivers show the pictures of a window through the X
-//! server's extension Present, and the server tells each client that asks. So a connection of its
-//! own asks for the window. Its events carry their time, so reading them late does no harm.
+//! server's extension Present, and the server tells each client that asks. So this module opens a
+//! connection of its own and asks for the window's presentations. Each event carries its time, so
+//! it may be read late.
 
 use winit::raw_window_handle::{HasWindowHandle as _, RawWindowHandle};
 use winit::window::Window;
@@ -20,7 +21,7 @@ use crate::presentation::{Missing, Order, Presented, Way, is_this_clock};
 
 /// A picture that was handed to the driver.
 pub(super) struct Handed {
-    /// The picture of the scene in it, if it is a new one.
+    /// Record of the scene's picture in it, if that picture is new.
     pub(super) frame: Option<FrameRecord>,
     /// The square of `calot photon` in it.
     pub(super) lit: Option<Lit>,
@@ -28,7 +29,7 @@ pub(super) struct Handed {
     pub(super) handed_ns: u64,
 }
 
-/// Pictures of a window on their way to the screen. `T` is what is known of a picture.
+/// Pictures of a window on their way to the screen. `T` holds the data that are kept of a picture.
 pub(super) struct Watch<T> {
     server: Result<RustConnection, Missing>,
     order: Order<T>,
@@ -104,7 +105,8 @@ fn number(window: &Window) -> Result<u32, Missing> {
     }
 }
 
-/// Asks the server of this display, or of DISPLAY, to tell when pictures of a window are complete.
+/// Asks an X server to tell when the pictures of a window are complete. `None` stands for the
+/// server that DISPLAY names.
 fn ask(display: Option<&str>, window: u32) -> Result<RustConnection, Missing> {
     let refused = |error: &dyn std::error::Error| Missing::Refused(error.to_string());
     let (server, _) = RustConnection::connect(display).map_err(|error| refused(&error))?;

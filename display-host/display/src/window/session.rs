@@ -40,11 +40,16 @@ use crate::words::Language;
 pub(super) struct Session {
     host: Host,
     feed: Feed,
+    /// Frames into which the newest ones are received, before the feed checks them.
     inbox_state: Box<StateFrame>,
     inbox_tools: ToolFrame,
+    /// Time at which the last valid state arrived.
     last_state: Option<Instant>,
+    /// Time at which the window opened.
     start: Instant,
+    /// True if the resources of processes that died were removed since the last valid state.
     forgot_dead: bool,
+    /// Force on the hand over the last seconds: time, s, and force, N.
     force: VecDeque<[f64; 2]>,
     frames: Frames,
     warnings: Vec<String>,
@@ -213,7 +218,7 @@ impl Session {
         self.feed.state().zip(self.feed.tools())
     }
 
-    /// The tools as drawn: while the free view is active, with its camera.
+    /// The tools that are drawn. While the free view is active, they have its camera.
     pub(super) fn seen_tools(&self, tools: &ToolFrame) -> ToolFrame {
         self.free.map_or(*tools, |free| free.seen(tools))
     }

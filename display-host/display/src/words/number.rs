@@ -9,8 +9,8 @@ impl Words {
         self.localised(format!("{value:.digits$}"))
     }
 
-    /// A number with its unit: `1` is a share, shown in per cent, `n` is a count, `deg` are
-    /// degrees.
+    /// A number with its unit. The unit `1` stands for a share, which is shown in per cent, `n` for
+    /// a count, and `deg` for degrees.
     #[must_use]
     pub fn amount(&self, value: f64, unit: &str) -> String {
         match unit {

@@ -82,7 +82,7 @@ mod tests {
         }
     }
 
-    /// A session in which everything happened that a page tells.
+    /// A session in which everything happened that a page can tell of.
     fn chapter(task: Task) -> Chapter {
         let rules = Rules::default();
         let anatomy = Anatomy::default();

@@ -63,7 +63,7 @@ impl Words {
         Some(self.say_with("hint-left", &[("percent", left.to_string().into())]))
     }
 
-    /// Text of a running hold: the thing that the picture lacks, or the request to hold still.
+    /// Text of a running hold. It names the thing that the picture lacks, or asks to hold still.
     #[must_use]
     pub fn hold(&self, hold: &Hold) -> String {
         self.say(match hold.lack {

@@ -11,9 +11,9 @@ use crate::blackbox::Incident;
 use crate::report::Report;
 use crate::why::{self, What};
 
-/// Rows in the tables of causes and of the worst ticks.
+/// Largest number of rows in the tables of causes and of the worst ticks.
 const SHOWN: usize = 12;
-/// Times at which the heat map's colours change, µs: thirds of decades up to the period.
+/// Times at which the heat map's colours change, µs: half decades up to the period.
 const HEAT_US: [f64; 5] = [10.0, 30.0, 100.0, 300.0, 1000.0];
 
 /// Table of what ran while ticks were late.
@@ -165,7 +165,7 @@ pub(super) fn worst(report: &Report) -> String {
     page + "</table>"
 }
 
-/// The two things that cost an incident's worst tick most.
+/// The two things to which the worst tick of an incident lost most time.
 fn instead(incident: &Incident, virtual_machine: bool) -> String {
     let Some(tick) = incident.peak().filter(|_| !incident.slices.is_empty()) else {
         return "–".to_owned();

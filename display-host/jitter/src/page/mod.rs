@@ -21,7 +21,7 @@ minmax(28rem,1fr));gap:0 1.5rem}td{white-space:nowrap}td:first-child{white-space
 .machine td{white-space:normal;overflow-wrap:anywhere}.scroll{overflow-x:auto;font-size:.8rem}.scroll td:first-child{white-space:nowrap}\
 .scroll th:last-child,.scroll td:last-child{text-align:left}\
 .names th:nth-child(2),.names td:nth-child(2),.last th:last-child,.last td:last-child{text-align:left}";
-/// Rows of the first table; a name that begins with a dot stands for all that end so.
+/// Rows of the first table. A name that begins with a dot stands for all names that end with it.
 const FIRST: [&str; 5] = [
     "wake_latency_ns",
     "tick_ns",
@@ -126,7 +126,7 @@ fn about(report: &Report, load: &str) -> String {
     page
 }
 
-/// Text with what stands between backquotes as code.
+/// Text as HTML, with the parts between backquotes as code.
 fn with_code(text: &str) -> String {
     let parts = text.split('`').enumerate();
     let parts = parts.map(|(i, part)| match i % 2 {
@@ -178,7 +178,7 @@ fn all_times(report: &Report) -> String {
     String::from("<h2>Times</h2>") + &quantiles(table::rows(report).into_iter())
 }
 
-/// Maxima of five minutes each.
+/// Section with the maxima of the five-minute intervals.
 fn intervals(report: &Report) -> String {
     let maxima = &report.intervals.max_ns;
     let Some(median_ns) = report.intervals.median_ns() else {

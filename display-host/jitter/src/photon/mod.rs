@@ -1,8 +1,9 @@
-//! From hand to light: when a light sensor on the screen saw a tick, or a motion.
+//! Measures the time from hand to light: from a tick or a motion to its light on the screen. A
+//! light sensor sees the light.
 //!
 //! ```text
 //! inputs of all ticks ─► flips ─┐
-//! the window's pictures ────────┼─► pair ─► Place (medians, maxima) ─► report ─► page, text
+//! the window's pictures ────────┼─► pair ─► Figures (medians, maxima) ─► report ─► page, text
 //! the light sensor ─► edges ────┘
 //! ```
 

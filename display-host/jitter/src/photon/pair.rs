@@ -14,7 +14,7 @@ pub struct Change {
 pub struct Arrived {
     /// Its change, at the time when it came.
     pub change: Change,
-    /// Time of its handing over, ns.
+    /// Time at which the picture was handed over, ns.
     pub handed_ns: u64,
 }
 
@@ -31,7 +31,7 @@ pub struct Pairs {
     pub presentation_to_light_ns: Vec<i64>,
     /// Times from a change to its light, ns.
     pub to_light_ns: Vec<u64>,
-    /// Times of these changes, ns.
+    /// Times of the changes whose light was seen, ns.
     pub seen_at_ns: Vec<u64>,
     /// Times from handing over to light, ns; negative if a sensor is quicker than a driver's call.
     pub picture_to_light_ns: Vec<i64>,
@@ -148,7 +148,7 @@ mod tests {
         let asked = changes(&[1000, 1500, 2000, 2500]);
         let handed = changes(&[1010, 1512, 2008, 2511]);
         let light = changes(&[1031, 1530, 2007, 2530]);
-        // The last presentation was not told.
+        // The last presentation was not reported.
         let arrived = changes(&[1020, 1520, 2020]).into_iter().zip(&handed);
         let arrived: Vec<_> = arrived
             .map(|(change, handed)| Arrived {

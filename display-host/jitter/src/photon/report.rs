@@ -9,7 +9,7 @@ use super::pair::Pairs;
 
 /// Name of the file in the folder of a run.
 pub const FILE: &str = "photon.json";
-/// Fewest changes for a median that is worth its name.
+/// Fewest changes for a meaningful median.
 const FEW: u64 = 10;
 
 /// Figures of a run.
@@ -27,9 +27,9 @@ pub struct Report {
     pub sensor: Light,
     /// Screen and driver.
     pub screen: Screen,
-    /// Longest time from a change to its light that is looked for, ms.
+    /// Light that comes later than this after a change does not count as its light, ms.
     pub longest_ms: f64,
-    /// Figures by place, from above.
+    /// Figures by place, in the order of measurement.
     pub places: Vec<Figures>,
     /// Remarks for the reader.
     pub notes: Vec<String>,
@@ -46,7 +46,7 @@ pub struct Light {
     pub name: String,
     /// True if it says dark where the square is bright.
     pub inverted: bool,
-    /// Half of the span in which the median edge was seen, ms: the sensor tells no time better.
+    /// Uncertainty of a time of the sensor, ms: half of the span in which the median edge was seen.
     pub within_ms: Option<f64>,
     /// Known delay of the sensor, which all times to light leave out, ms.
     pub delay_ms: f64,
@@ -65,9 +65,9 @@ pub struct Screen {
     pub present_mode: String,
     /// Graphics adapter and driver.
     pub adapter: String,
-    /// From the handing over of the picture to its presentation by the window system.
+    /// Times from the handing over of the picture to its presentation by the window system.
     pub presentation_ms: Option<Spread>,
-    /// Way of the pictures to the screen, or the reason for which nothing told it.
+    /// Way of the pictures to the screen, or the reason why it is not known.
     pub presentation: PresentationSummary,
 }
 
@@ -80,13 +80,13 @@ pub struct Spread {
     pub min: f64,
     /// Median.
     pub median: f64,
-    /// Quantile of nine tenths.
+    /// 90 % quantile.
     pub p90: f64,
     /// Greatest.
     pub max: f64,
 }
 
-/// Figures of a place of the screen and a cause.
+/// Figures of one place of the screen and one cause, `from`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Figures {
     /// `top`, `middle` or `bottom`.
@@ -95,29 +95,29 @@ pub struct Figures {
     pub from: &'static str,
     /// Changes of the square that count.
     pub changes: u64,
-    /// Those whose light was not seen.
+    /// Changes whose light was not seen.
     pub unseen: u64,
     /// Changes left out, because another came within the longest time.
     pub crowded: u64,
-    /// To the handing over of the picture.
+    /// Times from the cause to the handing over of the picture.
     pub to_picture_ms: Option<Spread>,
-    /// To the presentation of the picture by the window system.
+    /// Times from the cause to the presentation of the picture by the window system.
     pub to_presentation_ms: Option<Spread>,
-    /// To the light.
+    /// Times from the cause to the light.
     pub to_light_ms: Option<Spread>,
-    /// From the handing over to the light.
+    /// Times from the handing over to the light.
     pub picture_to_light_ms: Option<Spread>,
-    /// From the presentation to the light.
+    /// Times from the presentation to the light.
     pub presentation_to_light_ms: Option<Spread>,
 }
 
 impl Spread {
-    /// Times in ns. `None` without any.
+    /// Summary of times in ns; `None` if there are none.
     #[must_use]
     pub fn of(ns: impl IntoIterator<Item = i64>) -> Option<Self> {
         let mut all: Vec<i64> = ns.into_iter().collect();
         all.sort_unstable();
-        // Six digits behind the point are ns.
+        // The division gives ms and keeps every ns.
         let at = |share: f64| {
             let index = (share * (all.len() - 1) as f64).round() as usize;
             all.get(index).map(|&ns| ns as f64 / 1e6)
@@ -154,7 +154,7 @@ impl Figures {
         }
     }
 
-    /// True if so many changes were not seen that others may have been late, too.
+    /// True if more than a twentieth of the changes were not seen. The maximum may then be cut off.
     #[must_use]
     pub fn is_cut(&self) -> bool {
         20 * self.unseen > self.changes

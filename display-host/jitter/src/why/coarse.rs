@@ -1,10 +1,10 @@
-//! Guesses the cause of a late tick from counters that every user may read, for machines that keep
-//! their tracers to root.
+//! Guesses the cause of a late tick from counters that every user may read. It serves machines on
+//! which only root may use the tracers.
 //!
 //! The counters are read every 50 ms from another core: time stolen by the hypervisor, interrupts
-//! and softirqs of the tick's core, and involuntary context switches of the tick's thread. A late
-//! tick loses its time to whatever rose unusually in its interval. That is coarse: it names one
-//! suspect, and two things that rise together cannot be told apart.
+//! and softirqs of the tick's core, and involuntary context switches of the tick's thread. The lost
+//! time of a late tick is attributed to whatever rose unusually in its interval. That is coarse. It
+//! names one suspect, and cannot tell apart two things that rise together.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fs;
@@ -22,13 +22,14 @@ use crate::kernel::{self, TICK_THREAD};
 const READ_EVERY: Duration = Duration::from_millis(50);
 /// Intervals kept: ten seconds.
 const INTERVALS_MAX: usize = 200;
-/// Share of an interval in the running means. They follow within twenty intervals, a second.
+/// Share that the newest interval has in the running means. The means follow within twenty
+/// intervals, a second.
 const NEW_SHARE: f64 = 0.05;
 /// Deviations above its mean at which a count is unusual. Counts of independent events spread by
 /// the root of their mean, so three deviations are exceeded once in 700 intervals.
 const UNUSUAL: f64 = 3.0;
 
-/// Name of the local timer's interrupt. Each tick and each thread that sleeps makes it rise, so it
+/// Name of the local timer's interrupt. Every tick and every sleeping thread makes it rise, so it
 /// is no cause.
 const LOCAL_TIMER: &str = "LOC";
 
@@ -143,7 +144,7 @@ impl Counters {
     ///
     /// # Errors
     ///
-    /// The system's, if it has no thread left.
+    /// The system's error, if it cannot start a thread.
     pub fn begin(core: usize, process: Arc<AtomicU32>) -> std::io::Result<Self> {
         let (rises, stop) = (Arc::<Mutex<Rises>>::default(), Arc::<AtomicBool>::default());
         let reader = {

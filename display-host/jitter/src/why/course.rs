@@ -5,9 +5,9 @@ use std::collections::VecDeque;
 use super::{Slice, What};
 use crate::kernel::TICK_THREAD;
 
-/// Segments kept. A busy core makes some ten a tick, so this is a few seconds of it.
+/// Largest number of segments kept: a few seconds of a busy core, which makes some ten a tick.
 const SEGMENTS_MAX: usize = 60_000;
-/// Names kept. Later ones share one, so memory is constant.
+/// Largest number of names kept. Later ones count as `others`, so memory is constant.
 const LABELS_MAX: usize = 1000;
 /// Deepest nesting of interrupts and softirqs. Linux nests four levels.
 const DEPTH_MAX: usize = 8;
@@ -24,9 +24,9 @@ pub enum Event<'a> {
     Enter(What, &'a str),
     /// It ends.
     Leave(What),
-    /// An interrupt that is over took so long, ns.
+    /// An interrupt has ended: its name, and its duration, ns.
     Over(&'a str, u64),
-    /// The kernel dropped so many events.
+    /// The kernel dropped this number of events.
     Lost(u64),
 }
 
@@ -67,7 +67,7 @@ impl Course {
                     _ => What::Thread,
                 };
                 self.thread = Some(self.label(what, next));
-                // A switch happens outside of interrupts. Anything left has lost its end.
+                // A switch happens outside of interrupts, so the end of anything left was lost.
                 self.above.clear();
             }
             Event::Enter(what, name) => {

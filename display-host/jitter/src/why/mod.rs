@@ -10,8 +10,8 @@
 //!
 //! The source is the kernel's events of context switches, interrupts and softirqs, read through an
 //! instance of its own in tracefs. Every kernel with tracefs has them. The tracers osnoise and
-//! timerlat tell the same, but many kernels lack them, and their settings belong to the whole
-//! machine: a tester's own `rtla` beside this run would be disturbed.
+//! timerlat tell the same, but many kernels lack them. Their settings also belong to the whole
+//! machine, so this run would disturb a tester's own `rtla`.
 
 pub mod coarse;
 pub mod course;
@@ -27,12 +27,12 @@ pub use crate::cause::{Cause, Source, sum};
 pub use crate::slice::{Slice, What};
 pub use watch::Watch;
 
-/// Time lost that makes a tick late, ns: a tenth of the period. Less leaves a tick nearly all of
-/// its period, and is below the frame of high-speed USB (125 µs).
+/// Least lost time at which a tick counts as late, ns: a tenth of the period. A smaller loss leaves
+/// a tick nearly all of its period, and is below the frame of high-speed USB (125 µs).
 pub const LATE_NS: u64 = 100_000;
-/// Largest number of causes kept. Later ones count as one, so memory is constant.
+/// Largest number of causes kept by name. Later ones count together as one, so memory is constant.
 const CAUSES_MAX: usize = 200;
-/// Name of the causes that found no place.
+/// Name under which the later causes count.
 const OTHERS: &str = "others";
 
 /// Time that one tick lost to one thing.
@@ -46,8 +46,8 @@ pub struct Loss {
     pub ns: u64,
 }
 
-/// Time that a tick lost, by cause. Before its begin all time is lost; later only that in which
-/// something else ran. `slices` are those that overlap the tick.
+/// Time that a tick lost, by cause. All time from its due time until it began is lost. After that,
+/// only the time in which something else ran is lost. `slices` are those that overlap the tick.
 pub fn losses(tick: &Tick, slices: &[Slice], virtual_machine: bool) -> Vec<Loss> {
     let due = tick.scheduled_ns;
     let begun = due + u64::from(tick.wake_latency_ns);
@@ -64,7 +64,7 @@ pub fn losses(tick: &Tick, slices: &[Slice], virtual_machine: bool) -> Vec<Loss>
             _ => within(begun, end),
         };
         let cause = match slice.what {
-            // The tick's thread runs, and has not yet read the clock.
+            // The tick's thread ran, and had not yet read the clock.
             What::Tick if slice.from_ns > due => (What::Tick, "its own start"),
             _ => named(slice, virtual_machine),
         };
@@ -77,7 +77,7 @@ pub fn losses(tick: &Tick, slices: &[Slice], virtual_machine: bool) -> Vec<Loss>
     lost
 }
 
-/// Cause that a slice stands for when it costs a tick time.
+/// Cause that a slice stands for, if a tick lost time to the slice.
 fn named(slice: &Slice, virtual_machine: bool) -> (What, &str) {
     match (slice.what, virtual_machine) {
         (What::Idle, true) => (What::Steal, "the host woke the sleeping core late"),
@@ -102,7 +102,7 @@ fn add(lost: &mut Vec<Loss>, (what, name): (What, &str), ns: u64) {
     }
 }
 
-/// Sums of the losses, in ns until they are told.
+/// Sums of the losses. They are kept in ns, and the table states them in µs.
 #[derive(Debug, Clone, Default)]
 pub struct Causes {
     sums: Vec<(Loss, u64)>,

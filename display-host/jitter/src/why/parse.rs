@@ -3,8 +3,8 @@
 use super::What;
 use super::course::Event;
 
-/// A line: its time by `CLOCK_MONOTONIC`, and its event. `None` if it is none of those that tell
-/// what runs.
+/// Time by `CLOCK_MONOTONIC` and event of a line. `None` if the line has no event that tells what
+/// runs. A note about lost events has time 0.
 pub fn line(text: &str) -> Option<(u64, Event<'_>)> {
     if let Some(count) = lost(text) {
         return Some((0, Event::Lost(count)));

@@ -1,6 +1,6 @@
-//! Reads the context switches of one core through `perf_event_open`, for machines that keep their
-//! tracefs to root and let a user count events. Interrupts and softirqs are not told: their time
-//! counts as that of the thread below.
+//! Reads the context switches of one core through `perf_event_open`. It serves machines on which
+//! only root may read tracefs, but a user may count events. It does not see interrupts and
+//! softirqs. Their time counts as time of the thread that they interrupt.
 
 use std::collections::HashMap;
 use std::fs;
@@ -23,9 +23,9 @@ const READ_EVERY: Duration = Duration::from_millis(20);
 /// Size of the buffer: 16 000 records, as large as Linux grants every user
 /// (`kernel.perf_event_mlock_kb`).
 const BUFFER_BYTES: usize = 512 << 10;
-/// Names of threads that are kept. Later ones are read again, so memory is constant.
+/// Largest number of threads' names that are kept. A full table is emptied, so memory is constant.
 const NAMES_MAX: usize = 1000;
-/// Setting that allows it, and the greatest value that does.
+/// File of the setting that decides whether a user may read switches.
 const PARANOID: &str = "/proc/sys/kernel/perf_event_paranoid";
 
 /// Running reader of the switches of a core. It ends when dropped.
@@ -99,8 +99,8 @@ impl Drop for Switches {
     }
 }
 
-/// Reads what has come. The kernel writes a switch as it happens, so everything before the reading
-/// is known then.
+/// Reads the records that have come. The kernel writes a switch as it happens, so all switches
+/// before the reading are known after it.
 fn read(sampler: &mut Sampler, names: &mut Names, into: &Mutex<Course>) {
     let begun_ns = monotonic_ns();
     let mut course = into.lock().unwrap_or_else(PoisonError::into_inner);
@@ -169,7 +169,7 @@ mod tests {
         let switches = match Switches::begin(0) {
             Ok(switches) => switches,
             Err(missing) => {
-                // Not permitted here. The reason must be whole.
+                // It is not permitted here. The error must name the call and the core.
                 assert!(missing.contains("perf_event_open on core 0"), "{missing}");
                 return;
             }

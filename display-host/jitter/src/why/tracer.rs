@@ -1,4 +1,4 @@
-//! Lets the kernel note what runs on one core, and reads it.
+//! Lets the kernel note what runs on one core, and reads the notes.
 //!
 //! The kernel writes its events into a buffer of an instance that belongs to this run alone: no
 //! setting of another tracer changes. A thread on another core reads them every 20 ms without
@@ -42,9 +42,10 @@ const EVENTS: [&str; 19] = [
     "irq_vectors/thermal_apic_exit",
     "irq_vectors/x86_platform_ipi_entry",
 ];
-/// Events without which nothing can be told.
+/// Number of the first `EVENTS` that are required: without them the trace says nothing.
 const NEEDED: usize = 5;
-/// Size of the buffer, KiB: a second of a core that makes 60 000 events a second, of some 70 bytes.
+/// Size of the buffer, KiB. It holds one second of a core with 60 000 events a second, each of some
+/// 70 bytes.
 const BUFFER_KIB: u32 = 4096;
 /// Interval between two readings.
 const READ_EVERY: Duration = Duration::from_millis(20);
@@ -162,7 +163,7 @@ fn remove_left(instances: &Path) {
     }
 }
 
-/// Says what keeps the tracer from being found.
+/// Reason why no tracefs was found, with its remedy.
 fn missing(root: &Path, filesystems: &str) -> String {
     let place = root.display();
     if !filesystems.lines().any(|line| line.ends_with("tracefs")) {
@@ -196,7 +197,7 @@ fn read(mut pipe: fs::File, course: &Mutex<Course>, stop: &AtomicBool) {
     let mut chunk = [0; 64 * 1024];
     loop {
         let is_last = stop.load(Ordering::Relaxed);
-        // Events until now can be read now.
+        // All events before this time are in the pipe now.
         let now_ns = monotonic_ns();
         loop {
             match pipe.read(&mut chunk) {
@@ -226,7 +227,8 @@ fn take(text: &mut Vec<u8>, course: &Mutex<Course>) {
     let lines = String::from_utf8_lossy(&lines);
     let mut course = course.lock().unwrap_or_else(PoisonError::into_inner);
     for (at_ns, event) in lines.lines().filter_map(parse::line) {
-        // A note about lost events has no time of its own: they are those after the last one.
+        // A note about lost events has no time of its own. It takes that of the last event before
+        // it.
         let at_ns = match event {
             Event::Lost(_) => course.known_to_ns,
             _ => at_ns,

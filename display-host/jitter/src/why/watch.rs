@@ -14,10 +14,10 @@ use super::{Causes, LATE_NS, Source, losses};
 use crate::blackbox::{BlackBox, Tick};
 use crate::report::Report;
 
-/// Ticks that wait until the source has come up to them: four seconds of them. A source that lags
-/// further behind has lost them.
+/// Largest number of ticks that wait until the source covers their time: four seconds of ticks. If
+/// the source lags further behind, the oldest ticks are dropped.
 const WAITING_MAX: usize = 4000;
-/// Slices kept of an incident. Its 33 ticks have some ten each.
+/// Largest number of slices kept of an incident. Its 33 ticks usually have some ten slices each.
 const SLICES_MAX: usize = 660;
 
 /// Source of the causes.
@@ -40,9 +40,8 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// Begins to watch a core: by the kernel's events if this user may read them, else by its
-    /// context switches, else by counters. `process` is that of the tick's thread, 0 until it is
-    /// known.
+    /// Begins to watch a core. It reads the kernel's events if this user may, else context
+    /// switches, else counters. `process` is the process of the tick's thread, 0 until it is known.
     pub fn begin(core: usize, virtual_machine: bool, process: Arc<AtomicU32>) -> Self {
         Self::with(Tracer::begin(core), core, virtual_machine, process)
     }
@@ -85,7 +84,7 @@ impl Watch {
         }
     }
 
-    /// Finds the causes of the ticks up to which the source has come, and gives new incidents their
+    /// Finds the causes of the ticks whose time the source covers, and gives new incidents their
     /// slices.
     pub fn settle(&mut self, black_box: &mut BlackBox) {
         let Self {
@@ -130,7 +129,7 @@ impl Watch {
     /// Ends the turn: adds its causes to the report.
     pub fn end(mut self, black_box: &mut BlackBox, report: &mut Report) {
         black_box.interrupt();
-        // One more interval of the source covers the last ticks.
+        // Meanwhile the source is read once more, and so covers the last ticks.
         std::thread::sleep(std::time::Duration::from_millis(100));
         self.settle(black_box);
         let (name, events, lost_events) = match &self.from {
@@ -157,8 +156,7 @@ impl Watch {
     }
 }
 
-/// Finds the causes of the ticks up to which a course has come, and gives new incidents their
-/// slices.
+/// Finds the causes of the ticks whose time a course covers, and gives new incidents their slices.
 fn explain(
     course: &Course,
     waiting: &mut VecDeque<Tick>,

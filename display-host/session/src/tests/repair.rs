@@ -159,6 +159,24 @@ fn the_last_chunk_may_be_the_damaged_one() {
 }
 
 #[test]
+fn messages_that_nothing_counts_are_lost_in_an_unknown_number() {
+    let (mut damaged, chunks) = five();
+    let (_, to) = chunks[4];
+    let index = to + 498;
+    damaged[to - 193..to + 1].fill(8);
+    damaged[index] = 0;
+    let (repaired, lost, _) = repaired(&damaged, None);
+    assert!(lost.is_more && lost.messages == 0, "{lost:?}");
+    assert!(!lost.is_nothing());
+    let (ticks, session) = read(repaired).unwrap();
+    assert!(ticks == without(4));
+    let Some(End::Lost(why)) = session.end() else {
+        panic!("{:?}", session.end());
+    };
+    assert!(why.contains("an unknown number of messages"), "{why}");
+}
+
+#[test]
 fn descriptions_of_channels_come_from_the_index_if_theirs_is_damaged() {
     let (whole, _) = five();
     let (from, to) = damage::chunks(&whole)[0];

@@ -48,8 +48,8 @@ pub(crate) struct ReplayArgs {
     /// Show it without a window: this number of pictures, spread over --seconds, in --out
     #[arg(long, value_name = "N", conflicts_with_all = ["show", "what_if", "what_if_iterations"])]
     pub(crate) frames: Option<u32>,
-    /// Make a film of it with ffmpeg, for blinded raters: the endoscope's picture alone, 25 a
-    /// second. The truth of the critical view goes to FILE with the ending .truth.json
+    /// Make a film of it with ffmpeg, for blinded raters: the endoscope's picture alone, 25
+    /// pictures a second. The truth of the critical view goes to FILE with the ending .truth.json
     #[arg(long, value_name = "FILE.mp4",
           conflicts_with_all = ["show", "frames", "at", "what_if", "what_if_iterations", "repair"])]
     pub(crate) video: Option<PathBuf>,

@@ -31,6 +31,8 @@ struct RepairOutcome {
 #[derive(Debug, Serialize)]
 struct LostOutcome {
     messages: u64,
+    /// More may be lost than is counted.
+    more: bool,
     topics: BTreeMap<String, u64>,
     /// Begin and end of each span, s since the session's first message.
     spans_s: Vec<[f64; 2]>,
@@ -43,6 +45,7 @@ impl From<Lost> for LostOutcome {
         let seconds = |span: [u64; 2]| span.map(|ns| ns as f64 / 1e9);
         Self {
             messages: lost.messages,
+            more: lost.is_more,
             topics: lost.topics,
             spans_s: lost.spans_ns.into_iter().map(seconds).collect(),
             scene: lost.scene,

@@ -1,9 +1,10 @@
 //! Contact constraints between tools and tissue, and their solver.
 //!
-//! A constraint demands that a tool and the tissue under it do not overlap. Displacement of the
-//! spheres and dent of the contact model ([`crate::contact::law`], or a tube's wall) together take
-//! up the overlap. The contact force pushes the spheres, and the hand feels it. The constraints of
-//! an organ are solved by Gauss–Seidel in every substep, from the last forces (warm start).
+//! A constraint demands that a tool and the tissue under it do not overlap. Two things take up the
+//! overlap: the spheres move away, and the contact model makes a dent. The model is a half-space
+//! ([`crate::contact::law`]) or the wall of a tube. The contact force pushes the spheres, and the
+//! hand feels it. The constraints of an organ are solved by Gauss–Seidel in every substep, from the
+//! last forces (warm start).
 
 use heapless::Vec;
 
@@ -23,21 +24,21 @@ use crate::tool::{Role, Tool};
 /// contacts on one skin better, and cost time in proportion.
 const PASSES: u32 = 4;
 /// Share of the last contact forces that acts on a solid before the solid's constraints are solved;
-/// the rest acts after them. [`crate::contact`] gives the reason. The share is fitted. With ¾,
-/// gallbladders of 250 to 2500 spheres react with nearly the force that they have with twelve times
-/// as many substeps; with 0, the force is up to 17 % too small. `evaluate force` shows the
-/// remaining difference to finite elements.
+/// the rest acts after them. [`crate::contact`] gives the reason. The share is fitted to
+/// gallbladders of 250 to 2500 spheres. Their exact force is the one with twelve times as many
+/// substeps. With ¾, the force is nearly exact; with 0, it is up to 17 % too small. `evaluate
+/// force` shows the remaining difference to finite elements.
 const WARM_START_SHARE: f32 = 0.75;
 
-/// Damping of a tube under a tool, per second, as by the fluid and tissue around a thin tube.
-/// Without damping, the tube would vibrate on its wall spring and bounce off the tool. The damping
-/// acts on the speed relative to the world, so it holds back a tube that the tool carries along, by
-/// mass × this rate × speed: a few mN for a duct. A larger rate damps the tube more and holds it
-/// back more.
+/// Damping of a tube under a tool, per second. It stands for the fluid and tissue around a thin
+/// tube. Without damping, the tube would vibrate on its wall spring and bounce off the tool. The
+/// damping acts on the speed relative to the world, so it holds back a tube that the tool carries
+/// along. That force is mass × this rate × speed: a few mN for a duct. A larger rate damps the tube
+/// more and holds it back more.
 const DAMPING_PER_S: f32 = 1500.0;
 
-/// Separation below which tool and tissue may touch before the tick ends, m. A fault is raised if
-/// such a candidate is dropped for lack of room.
+/// Separation, m, below which a candidate may touch before the tick ends. A fault is raised if such
+/// a candidate is dropped for lack of room.
 pub(crate) const CANDIDATE_MARGIN_M: f32 = 0.001;
 
 /// Pair of places, on a tool and on tissue, that identifies a contact from tick to tick.
@@ -49,7 +50,7 @@ pub(crate) enum ContactSite {
     Tube { bead: u16, part: Role },
 }
 
-/// Model of the compliance that the spheres lack.
+/// Model of the dent by which tissue yields more than its spheres do.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum ContactModel {
     /// A half-space under a tool of this shape.
@@ -58,7 +59,8 @@ pub(crate) enum ContactModel {
     Wall {
         /// Stiffness at first touch, N/m.
         wall_n_m: f32,
-        /// Compression at which the tube is flat, m.
+        /// Compression, m, at which the tube would be flat. There the wall is three times as stiff
+        /// as at first touch.
         flat_m: f32,
         /// Compliance of the tissue behind the wall within a tick, m/N: an estimate that is never
         /// too large.
@@ -87,7 +89,8 @@ impl ContactModel {
         }
     }
 
-    /// Force F ≥ 0, N, that closes a separation, and its slope, N/m. The spheres yield with
+    /// Force F ≥ 0, N, that removes the overlap at this separation, and its slope, N/m. The
+    /// separation is negative where tool and tissue overlap. The spheres yield with
     /// `sphere_compliance_m_n` within the step.
     fn force_n(&self, separation_m: f32, sphere_compliance_m_n: f32) -> (f32, f32) {
         match self {
@@ -147,10 +150,10 @@ pub(crate) struct ContactConstraint {
     pub(crate) patch: Patch,
     /// Unit vector from tissue to tool.
     pub(crate) normal: Vec3,
-    /// Point of the tool's axis that touches, world frame, m.
+    /// Point of the tool's axis at the contact, world frame, m.
     pub(crate) center_m: Vec3,
-    /// Half of the axis of the piece of the tool that touches, m; zero for a round end, and on a
-    /// tube.
+    /// Vector from `center_m` to one end of the piece of the axis that touches, m. It is zero for a
+    /// round end, and on a tube.
     half_m: Vec3,
     /// Radius of the tool here, m.
     radius_m: f32,
@@ -178,9 +181,9 @@ pub(crate) struct ContactConstraint {
     pub(crate) friction_stiffness_n_m: f32,
     /// Position of the patch before the solve, m.
     patch_start_m: Vec3,
-    /// Height of `center_m` over the patch at which the separation is zero, m. On skin this is the
-    /// tool's radius plus the height of the curved skin over the patch, less the depth by which the
-    /// skin has sunk and less the separation offset.
+    /// Height of `center_m` over the patch at which the separation is zero, m. On skin it begins
+    /// with the tool's radius plus the height of the curved skin over the patch. Subtracted are the
+    /// depth by which the skin has sunk, and the offset of [`crate::contact::separation`].
     touching_height_m: f32,
     inverse_mass_per_kg: f32,
 }
@@ -217,8 +220,8 @@ impl ContactSite {
 }
 
 impl ContactConstraint {
-    /// The data of this contact that the other contacts need; `number` is its index among all
-    /// constraints.
+    /// The data of this contact from which the other contacts learn how far it displaces them.
+    /// `number` is its index among all constraints.
     fn loaded(&self, number: usize) -> LoadedContact {
         let law = match self.model {
             ContactModel::HalfSpace(law) => Some(law),
@@ -262,8 +265,8 @@ impl ContactConstraint {
         }
     }
 
-    /// The dent that the tool makes here beyond the displacement of the spheres, after the solve;
-    /// `None` if the tool does not press.
+    /// The dent after the solve: the overlap that is left when the spheres have moved. `None` if
+    /// the tool does not press.
     fn dent(&self, bodies: &Bodies) -> Option<Dent> {
         let height_m = (self.normal).dot(&(self.center_m - self.patch.at_m(bodies)));
         let depth_m = self.touching_height_m - height_m;
@@ -422,8 +425,8 @@ impl ContactConstraints {
                 let (force_n, stiffness_n_m) = constraint
                     .model
                     .force_n(separation_m, sphere_compliance_m_n);
-                // Along the skin: travel of the tool relative to the tissue, without this contact's
-                // friction.
+                // The travel of the tool relative to the tissue, if this contact had no friction.
+                // The bristle uses its part along the skin.
                 let relative_travel_m = constraint.travel_m
                     - (patch_m - constraint.patch_start_m)
                     - constraint.friction_n * sphere_compliance_m_n;

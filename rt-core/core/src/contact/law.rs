@@ -1,10 +1,10 @@
 //! Contact of a rigid tool with an elastic half-space: the part of the dent that the spheres do not
 //! supply.
 //!
-//! A rigid tool makes a dent δ with a force F over a contact of half-width a. The spheres supply a
-//! part of this dent: they yield as a half-space does if F is spread over a Gaussian patch
-//! `exp(−r²/A²)` of the skin, with compliance c. This module adds the rest, `δ − c F`.
-//! [`crate::contact`] explains why that is allowed.
+//! A rigid tool makes a dent δ with a force F over a contact of half-width a. The spheres supply
+//! the part `c F` of this dent. They yield as a half-space does under a load that is spread over a
+//! Gaussian patch `exp(−r²/A²)` of its skin; c is the compliance of this patch. This module adds
+//! the rest, `δ − c F`. [`crate::contact`] explains why that is allowed.
 //!
 //! Sources: Sneddon 1965 (ball), Hertz (cylinder), Zhang, Cao, Li and Feng 2014 (neo-Hookean
 //! softening).
@@ -18,8 +18,8 @@ pub(crate) enum Shape {
     /// A round end: a spherical punch at any depth (Sneddon 1965), with the softening of
     /// neo-Hookean tissue.
     Ball { radius_m: f32 },
-    /// A piece of a shaft that lies on the skin: Hertz's line contact of this length. The dent is
-    /// that of the half-space at the middle of the line.
+    /// A piece of a shaft that lies on the skin: Hertz's line contact of this length. A half-space
+    /// under a line yields most at its middle, and the dent there counts.
     Cylinder { radius_m: f32, length_m: f32 },
 }
 
@@ -28,13 +28,13 @@ pub(crate) enum Shape {
 const RELATIVE_CURVATURE_MIN: f32 = -0.5;
 /// Upper bound of the skin's curvature times the ball's radius.
 const RELATIVE_CURVATURE_MAX: f32 = 3.0;
-/// Margin at the largest half-width of the law: the dent's stiffness there is below the spheres'
-/// stiffness `1/c` by at least this share. Each unit of relative curvature adds the share once
-/// more, because on curved skin the stiffness is largest a little before that half-width.
+/// Margin of stiffness. At the largest half-width of the law, the dent's stiffness is at most the
+/// spheres' stiffness `1/c` less this share. On convex skin the stiffness is largest a little
+/// before that half-width, so each unit of relative curvature adds the share once more.
 const STIFFNESS_MARGIN: f32 = 0.01;
 
-/// Softening of a neo-Hookean half-space against a linear one, for a dent as deep as the radius.
-/// With it, Sneddon's force becomes Hertz's times `1 − 0.15 δ/R` (Zhang, Cao, Li and Feng 2014).
+/// Softening of a neo-Hookean half-space: the force of a linear half-space is divided by `1 + this
+/// δ/R`. Sneddon's force then becomes Hertz's times `1 − 0.15 δ/R` (Zhang, Cao, Li and Feng 2014).
 /// The source is valid up to δ = R; deeper dents extrapolate.
 const SOFTENING: f32 = 0.06;
 /// Contact half-width at which a ball counts as buried, as a share of its radius. The law has a
@@ -79,7 +79,8 @@ impl Law {
         patch_width_m: f32,
         curvature_per_m: f32,
     ) -> Self {
-        // Mean displacement, weighted by the load, of a half-space under a Gaussian load.
+        // The compliance of a Gaussian load is its mean displacement per force. The mean is
+        // weighted by the load.
         let mesh_compliance_m_n = GAUSSIAN_SELF_INFLUENCE / (modulus_pa * patch_width_m);
         let (buried_m, relative_curvature) = match shape {
             Shape::Ball { radius_m } => (
@@ -246,9 +247,9 @@ impl Law {
         )
     }
 
-    /// Self-influence distance of the contact under this force, m: at this distance from a point
-    /// load, the half-space yields as much as the contact yields under an equal increase of its own
-    /// load. A deeply indented ball keeps Hertz's distance.
+    /// Self-influence distance of the contact under this force, m. If the contact's load increases
+    /// a little, the contact yields a little. At this distance from a point load as large as the
+    /// increase, the half-space yields as much. A deeply indented ball keeps Hertz's distance.
     pub(crate) fn self_influence_distance_m(&self, force_n: f32) -> f32 {
         let force_n = force_n.max(0.0); // `max` also turns NaN into 0
         match self.shape {
@@ -270,13 +271,14 @@ impl Law {
         }
     }
 
-    /// Influence coefficient, m/N: displacement here per force of another contact at this distance
-    /// on the same skin, less the displacement that the spheres transmit.
-    /// `self_influence_distance_m` is the larger of the two contacts'
-    /// [`Law::self_influence_distance_m`]. Around a round contact the coefficient is within 4 % of
-    /// Hertz at twice the radius, and a fifth less at the rim. The coefficient never exceeds the
-    /// compliance of the other contact under its own load. Otherwise the heavier of two adjacent
-    /// contacts could keep the lighter off the tissue, until it snaps on.
+    /// Influence coefficient, m/N. A force of another contact, at this distance on the same skin,
+    /// displaces the skin here. The coefficient is this displacement per force, less the
+    /// displacement that the spheres transmit. `self_influence_distance_m` is the larger of the two
+    /// contacts' [`Law::self_influence_distance_m`]. Around a round contact of half-width a, the
+    /// coefficient is within 4 % of Hertz's at the distance 2 a, and a fifth below it at the rim.
+    /// The coefficient never exceeds the compliance of the other contact under its own load.
+    /// Otherwise the heavier of two adjacent contacts could keep the lighter off the tissue, until
+    /// it snaps on.
     pub(crate) fn influence_m_n(&self, distance_m: f32, self_influence_distance_m: f32) -> f32 {
         let cubed = |m: f32| m * m * m;
         let effective_distance_m =
@@ -289,8 +291,8 @@ impl Law {
     }
 }
 
-/// Influence of a Gaussian load on an equal patch at this distance, as a share of its influence on
-/// its own patch.
+/// Displacement of a patch by a Gaussian load on an equal patch at this distance. It is given as a
+/// share of the displacement of the loaded patch itself.
 pub(crate) fn gaussian_influence(distance_m: f32, patch_width_m: f32) -> f32 {
     scaled_bessel_i0(distance_m * distance_m / (4.0 * patch_width_m * patch_width_m))
 }
@@ -306,13 +308,14 @@ pub(crate) fn mesh_influence(distance_m: f32, patch_width_m: f32) -> f32 {
 /// Excess influence of spheres at two patch widths. It is fitted so that gallbladders of 250 and
 /// 2500 spheres react equally to a 10 mm tip; without it they differ by 10 %.
 const MESH_EXCESS: f32 = 0.04;
-/// Mean of 1/(π r) over two points of a Gaussian `exp(−r²/A²)`, times A: `1 / √(2π)`.
+/// Mean of `A / (π r)` over the distances r of two random points, `1 / √(2π)`. The Gaussian
+/// `exp(−r²/A²)` is the density of each point about the middle of the patch.
 const GAUSSIAN_SELF_INFLUENCE: f32 = 0.398_942_3;
 /// Self-influence distance of a round contact, as a share of its half-width a (Hertz: `dδ/dF = 1 /
 /// (2 E* a)`).
 const SELF_INFLUENCE_HALF_WIDTHS: f32 = 2.0 * core::f32::consts::FRAC_1_PI;
-/// Least half-width from which a cylinder's self-influence distance is computed, as a share of its
-/// length.
+/// Lower bound of a cylinder's half-width as a share of its length. The self-influence distance is
+/// computed from the half-width within this bound.
 const HALF_WIDTH_MIN_LENGTHS: f32 = 0.01;
 /// Largest number of steps of the search for the largest half-width; each step takes a fifth off
 /// it.

@@ -9,14 +9,15 @@ use crate::contact::separation::FilteredSeparation;
 use crate::math::{self, Vec3};
 use crate::tool::{Capsule, Role, Tool};
 
-/// Stiffness of the contact, N/m, which feels hard to a hand. The output limit lowers it to the
-/// device's stiffness.
+/// Stiffness of the contact, N/m. It feels hard to a hand. The limit of the output lowers it to
+/// what the device can render.
 const STIFFNESS_N_M: f32 = 2000.0;
-/// Separation below which a part is tracked, so that its side is known, m: the most that both tools
-/// travel in a tick.
+/// A part that is closer than this is tracked, m. At up to 3 m/s each, both tools together travel
+/// less in a tick, so the part's side is known before it touches.
 const NEAR_M: f32 = 0.0065;
 
-/// Largest offset of a contact that opens, m: tools that are farther apart do not push.
+/// A contact that has opened pushes on for a short time. Tools that are farther apart than this do
+/// not push, m.
 const OPENING_MAX_M: f32 = 0.000_5;
 /// Travel of both tools in a tick above which the pose has jumped, m, as when a device was
 /// unplugged or stalled.
@@ -74,7 +75,7 @@ impl RigidContacts {
                     friction_stiffness_n_m: 0.0,
                 });
             }
-            let _ = self.contacts.push(contact); // as many as parts
+            let _ = self.contacts.push(contact); // there is room for all parts
         }
     }
 }
@@ -88,6 +89,7 @@ fn track(
     last: Option<&PersistentContact>,
 ) -> Option<PersistentContact> {
     let reach_m = part.radius_m + scope.radius_m;
+    // Distance of the axes along `normal`, from the endoscope's place to the part's.
     let height_m = |normal: &Vec3, shares: &[f32; 2]| {
         let [s, t] = shares;
         normal.dot(&(point_at(part, *s) - point_at(scope, *t)))
@@ -131,12 +133,13 @@ fn track(
     })
 }
 
+/// Point of an axis at this share of its length.
 fn point_at(part: &Capsule, share: f32) -> Vec3 {
     part.a_m + (part.b_m - part.a_m) * share
 }
 
-/// Closest places of two axes, 0 to 1 on each: an end of either, or the crossing. Rounding spoils
-/// the crossing of nearly parallel axes, but there an end is as near.
+/// Closest places of two axes, 0 to 1 on each: an end of either, or the crossing. Rounding makes
+/// the crossing of nearly parallel axes inexact. There, an end is as close as the crossing.
 fn nearest(one: &Capsule, other: &Capsule) -> [f32; 2] {
     let (d1, d2) = (one.b_m - one.a_m, other.b_m - other.a_m);
     let r = one.a_m - other.a_m;
@@ -159,9 +162,9 @@ fn nearest(one: &Capsule, other: &Capsule) -> [f32; 2] {
 
 /// Weight of the middle of the overlap against the closest approach. Parallel axes are equally
 /// close everywhere, so the place of closest approach jumps from one end to the other as the axes
-/// turn through parallel. With this weight the contact passes from end to end through the middle,
-/// within a few times `√MIDDLE_WEIGHT` (2°) and without a jump. A larger weight moves it more
-/// slowly.
+/// turn through parallel. With this weight the contact moves from end to end through the middle
+/// without a jump, while the axes turn by a few times `√MIDDLE_WEIGHT` (2°). With a larger weight
+/// it moves more slowly.
 const MIDDLE_WEIGHT: f32 = 1.0e-3;
 
 /// Place on the first axis, 0 to 1, where the contact is felt. It minimises the squared distance
@@ -257,7 +260,7 @@ mod tests {
 
     #[test]
     fn endoscope_pushes_the_shaft_and_is_not_crossed() {
-        // 0.5 mm deep after 7 ticks of 0.5 mm from 3 mm above.
+        // The shaft begins 3 mm above contact. After 7 ticks of 0.5 mm it is 0.5 mm deep.
         let contacts = lower_shaft(0.0005, 8);
         assert_eq!(contacts.len(), 1);
         assert!((contacts[0].force_n - 1.0).abs() < 1.0e-2, "{contacts:?}");
@@ -313,8 +316,8 @@ mod tests {
             prop_assert!(found <= any + 1.0e-4, "{found} {any}");
         }
 
-        /// The force of a shaft that rests on the endoscope follows from the capsules' true
-        /// overlap, at any angle and at any place along both.
+        /// The force of a shaft that rests on the endoscope follows from the true overlap of the
+        /// capsules. This holds at any angle, and wherever along both they touch.
         #[test]
         fn steel_force_is_of_the_true_overlap(
             along_m in -0.1f32..0.1, length_m in 0.05f32..0.25, pivot in 0.0f32..1.0, depth_m in 1.0e-4f32..1.0e-3,
@@ -345,8 +348,9 @@ mod tests {
             prop_assert!(error_m.abs() < 1.0e-5, "off by {error_m} m");
         }
 
-        /// A shaft on the endoscope that turns through parallel, a milliradian a tick (60°/s), has
-        /// no step in its contact point or force, at any place along both.
+        /// A shaft rests on the endoscope and turns through parallel by a milliradian a tick
+        /// (60°/s). Neither its contact point nor its force has a step, wherever along both they
+        /// touch.
         #[test]
         fn turn_through_parallel_has_no_step(
             along_m in -0.1f32..0.1, length_m in 0.05f32..0.25, pivot in 0.0f32..1.0,
@@ -358,7 +362,8 @@ mod tests {
             for tick in -200i16..200 {
                 let turn = 1.0e-3 * f32::from(tick);
                 let direction = Vec3::new(turn.cos(), turn.sin(), 0.0);
-                // Descends in the first hundred ticks, more slowly than the offset decays.
+                // The shaft descends in the first hundred ticks, more slowly than the contact's
+                // offset decays.
                 let down_m = depth_m * (f32::from(tick + 200) / 100.0).min(1.0);
                 let at_m = Vec3::new(0.1 + along_m, 0.0, 0.0075 - down_m);
                 let a_m = at_m - direction * (length_m * pivot);

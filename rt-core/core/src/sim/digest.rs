@@ -1,8 +1,8 @@
 //! Digest of a tick: a few bytes that are equal in two runs with equal inputs.
 //!
-//! Every sphere counts in every tick, so a comparison finds the first tick that differs, and the
-//! organ. A hash of all numbers would take too long for a tick; sums of the spheres' bits take
-//! microseconds.
+//! Every sphere counts in every tick, so a comparison finds the first tick and the organ in which
+//! two runs differ. A hash of all numbers would take too long for a tick; sums of the spheres' bits
+//! take microseconds.
 
 use crate::capacity::MAX_ORGANS;
 use crate::hash::Hash;
@@ -13,10 +13,10 @@ use crate::words::SphereBits;
 /// Hashes of the results of a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Digest {
-    /// Hash of the tools (poses, jaw, force, torque and opening force on the hand, counts,
-    /// switches), the clips, the trainee's sutures and the history of cells.
+    /// Hash of the tools (instrument, poses, jaw, force, torque and opening force on the hand,
+    /// counts, switches), the clips, the trainee's sutures and the history of cells.
     pub tools: u32,
-    /// Hash of all spheres: displacement, velocity and flags.
+    /// Hash of all spheres: displacement, inverse mass, velocity and flags.
     pub spheres: u32,
     /// Hash of each organ's spheres in eight bits: one difference in 256 is not detected.
     pub organs: [u8; MAX_ORGANS],
@@ -74,9 +74,9 @@ impl TickView<'_> {
     }
 }
 
-/// Checksum of an organ's spheres, per lane: the sum of the words, and the sum of the partial sums
-/// (as in Fletcher's checksum). It detects every change of a single word, and nearly every exchange
-/// of two words.
+/// Checksum of an organ's spheres. A sphere gives four words, one per lane. Each lane has the sum
+/// of its words, and the sum of the partial sums (as in Fletcher's checksum). The checksum detects
+/// every change of a single word, and nearly every exchange of two words.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Sums {
     sum: [u64; 4],
@@ -88,7 +88,8 @@ impl Sums {
         let (mut sum, mut partial_sums) = ([0; 4], [0; 4]);
         for (node, bits) in nodes.iter().zip(bits) {
             let ([a, b], [c, d]) = (node.moved_bits(), node.velocity_bits());
-            // The spare lane of the velocity is zero.
+            // The upper half of `d` is the spare lane of the velocity, which is zero. It has room
+            // for the sphere's flags.
             sum = add_lanes(sum, [a, b, c, d ^ (bits.0 as u64) << 32]);
             partial_sums = add_lanes(partial_sums, sum);
         }

@@ -13,12 +13,12 @@
 //! too large. Stiffer organs keep a smaller share of their impulses ([`Limits`]). This makes them
 //! softer than their material, but stable at any stiffness.
 //!
-//! Links, attachments, contacts and grip act after the tetrahedra. The tetrahedra begin with the
-//! impulses of all these in the last substep. Otherwise pressed tissue would have sprung back for a
-//! substep when the tetrahedra are solved, and it would resist too little. For the same reason, the
-//! contact of organs begins with the last impulses of the tools, which act after it. Otherwise a
-//! fold in the jaws would spring back by millimetres, press its neighbours away, and never come to
-//! rest.
+//! Links, attachments, contacts and grip act after the tetrahedra. Their impulses of the last
+//! substep act already before the tetrahedra are solved. Without these impulses, the tetrahedra
+//! would find pressed tissue sprung back, and it would resist too little. The contact between
+//! organs also acts before the tools, so it begins with the tools' impulses of the last substep.
+//! Otherwise a fold in the jaws would spring back by millimetres, press its neighbours away, and
+//! never come to rest.
 //!
 //! Viscosity also needs memory. A constraint resists the change of its strain since its last
 //! projection, so viscosity vanishes at rest.
@@ -33,26 +33,29 @@ use crate::tissue::per_sphere::PerSphere;
 /// Share of the impulses with which the next substep begins. The missing 1 ‰ lets rounding errors
 /// decay. A smaller share makes tissue softer.
 const KEPT_SHARE: f32 = 0.999;
-/// Share that any organ may keep: stable up to 50 MPa (`stiff_tissue_comes_to_rest`).
+/// Share, relative to `KEPT_SHARE`, that the stiffest organ keeps. Tissue of up to 50 MPa is stable
+/// with it (`stiff_tissue_comes_to_rest`).
 const KEPT_SHARE_MIN: f32 = 0.5;
 /// Stiffness number of a sphere (stiffness times `dt²` over mass) up to which an organ keeps
 /// `KEPT_SHARE`. Tissue stays stable at 86 while it is shaken, and at 34 while it is squeezed to 40
 /// % of its height (`squeezed_tissue_stays_whole`).
 const STIFFNESS_NUMBER_MAX: f32 = 34.0;
 
-/// Largest weight of the strain rate relative to the strain, times the stiffness number (see
-/// [`STIFFNESS_NUMBER_MAX`]). The impulses of the last substep also contain viscosity, so more of
-/// it would shake the tissue (`viscosity_does_not_change_a_sag`: 3.4 is stable, 8.5 is not).
+/// Largest product of two numbers: the stiffness number (see [`STIFFNESS_NUMBER_MAX`]), and the
+/// weight of the strain rate relative to the strain. Viscosity is part of the impulses of the last
+/// substep, so a larger product would shake the tissue (`viscosity_does_not_change_a_sag`: 3.4 is
+/// stable, 8.5 is not).
 const VISCOSITY_NUMBER_MAX: f32 = 3.0;
 
 /// Memory of a batch of tetrahedra.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct BatchMemory {
-    /// Determinant of the deformation after the last projection.
+    /// Volume after the last projection, as a share of the volume at rest: the determinant of the
+    /// deformation.
     pub(crate) volume: [f32; LANES],
-    /// Negative first Piola–Kirchhoff stress over the shear modulus (`P` of the kernel): row,
-    /// column, lane. The impulse on a corner is `μ dt² V` times this matrix times the corner's
-    /// shape gradient.
+    /// Negative first Piola–Kirchhoff stress divided by the shear modulus μ, by row, column and
+    /// lane. The kernel calls it `P`. The impulse on a corner is `μ dt² V` times this matrix times
+    /// the corner's shape gradient.
     pub(crate) stress: [[[f32; LANES]; 3]; 3],
     /// `V Σ w b bᵀ` over the corners, entries xx, yy, zz, xy, xz, yz, m/kg. V is the volume, w a
     /// corner's inverse mass, b its shape gradient. The matrix follows from the scene and the
@@ -103,9 +106,10 @@ pub(crate) struct SphereMemory {
     pub(crate) elastic: Lanes,
     /// Impulse of everything that acts after the tetrahedra: links, attachments, contacts, grip.
     pub(crate) outer: Lanes,
-    /// Impulse of the tools alone: clips, grip and contacts with instruments. From
-    /// [`crate::tissue::Bodies::store_steps_before_tools`] to the end of the substep, it holds the
-    /// sphere's step before the tools, m.
+    /// Impulse of the tools alone: clips, grip and contacts with instruments. Late in a substep, it
+    /// holds the sphere's step before the tools instead, m.
+    /// [`crate::tissue::Bodies::store_steps_before_tools`] stores this step, and the end of the
+    /// substep replaces it by the impulse.
     pub(crate) tools: Lanes,
     /// Step of the sphere after the tetrahedra, without the outer impulses, m.
     pub(crate) step_after_tetrahedra_m: Lanes,
@@ -245,7 +249,8 @@ impl WarmStart {
 }
 
 /// Largest ratio of stiffness to mass among the free spheres of an organ, N/(m kg). The stiffness
-/// of a sphere is that of its tetrahedra. `scratch` is overwritten for the organ's spheres.
+/// of a sphere is that of its tetrahedra. The spare lane of `elastic` in `scratch` sums it up, and
+/// `scratch` is overwritten for the organ's spheres.
 fn stiffest_n_m_kg(scene: &Scene<'_>, organ: &Organ, scratch: &mut PerSphere<SphereMemory>) -> f32 {
     let (start, count) = (organ.sphere_start, organ.sphere_count);
     scratch.range_mut(start, count).fill(SphereMemory::REST);

@@ -2,7 +2,7 @@
 //! random places of every organ. Two seconds after it has left the tissue, every organ must be at
 //! rest, outside its neighbours and attached as before.
 
-mod lie;
+mod snapshot;
 mod trial;
 
 use std::fmt::Write as _;
@@ -12,7 +12,7 @@ use shared_mem::scene::{SceneFile, str_from_name};
 
 use crate::csv::split;
 use crate::page::{Section, table};
-use lie::Worst;
+use snapshot::Worst;
 use trial::{Found, Work};
 
 /// Speed below which tissue is at rest, m/s.

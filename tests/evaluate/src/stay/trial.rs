@@ -8,7 +8,7 @@ use shared_mem::message::{SphereState, StateFrame};
 use shared_mem::scene::SceneFile;
 use shared_mem::words::{EventKind, Instrument};
 
-use super::lie::{Lie, Worst};
+use super::snapshot::{Snapshot, Worst};
 use crate::seeded_hand::{Manner, Place, Seeded, SeededHand, place};
 
 /// Ticks from loading to the first work.
@@ -217,13 +217,13 @@ fn worked(
     };
     let mut hand = SeededHand::new(rehearsal, manner, LOOK_EVERY, &mut see);
     hand.wait(LOAD_TICKS);
-    let before = Lie::new(scene, &newest.borrow());
+    let before = Snapshot::new(scene, &newest.borrow());
     let port_m = Vec3::from(scene.room().instrument_port_m);
     work.act(&mut hand, port_m, at, seeded);
     hand.wait(REST_TICKS - LOOK_TICKS);
     watch.borrow_mut().is_looking = true;
     hand.wait(LOOK_TICKS);
-    let after = Lie::new(scene, &newest.borrow());
+    let after = Snapshot::new(scene, &newest.borrow());
     let newest = newest.borrow();
     let mut spheres = newest.spheres().unwrap_or(&[]).iter();
     let is_touched = spheres.any(|it| it.bits & SphereState::CONTACT != 0);

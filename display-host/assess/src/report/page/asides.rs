@@ -7,9 +7,9 @@ use super::Page;
 use crate::metrics::{Metric, Values};
 use crate::report::{Chapter, PICTURES_MIN};
 
-/// Noise of the handle up to which the page promises less than 5 mm of path a minute for a resting
-/// hand, mm (the test `a_resting_hand_with_a_noisy_device_rests_at_every_rate` checks the promise
-/// at 100 Hz).
+/// Up to this noise of the handle, mm, the page promises that a resting hand has less than 5 mm of
+/// path a minute. The test `a_resting_hand_with_a_noisy_device_rests_at_every_rate` checks the
+/// promise at 100 Hz.
 const NOISE_MAX_MM: f64 = 0.7;
 
 /// Writes the durations of the simulation's ticks, and how many were late or missed.

@@ -1,4 +1,5 @@
-//! Parts of the debrief with pictures, earlier sessions, the instructor's sheet and all metrics.
+//! Four parts of the debrief: the pictures, the earlier sessions, the instructor's sheet and the
+//! table of all metrics.
 
 use base64::Engine as _;
 use figures::html::escape;
@@ -7,6 +8,7 @@ use super::{Page, drawing};
 use crate::metrics::Metric;
 use crate::report::Chapter;
 
+/// Writes the pictures with their captions.
 pub(super) fn pictures(page: &mut Page<'_>, chapter: &Chapter) {
     if chapter.pictures.is_empty() {
         return;
@@ -15,7 +17,8 @@ pub(super) fn pictures(page: &mut Page<'_>, chapter: &Chapter) {
     page.add(format_args!("<div class=\"frames\">"));
     for (caption, bytes) in &chapter.pictures {
         let data = base64::engine::general_purpose::STANDARD.encode(bytes);
-        // A caption that is a file's name has a message. Other captions are shown as they are.
+        // Captions of known pictures have a translated message. Other captions are shown as they
+        // are.
         let id = format!("picture-{}", caption.replace(' ', "-"));
         let caption = match page.words.has(&id) {
             true => page.say(&id),
@@ -29,6 +32,7 @@ pub(super) fn pictures(page: &mut Page<'_>, chapter: &Chapter) {
     page.add(format_args!("</div>"));
 }
 
+/// Writes the curve of the scores, and the metrics beside those of earlier sessions.
 pub(super) fn past(page: &mut Page<'_>, chapter: &Chapter) {
     if chapter.past.is_empty() {
         return;
@@ -62,8 +66,8 @@ pub(super) fn past(page: &mut Page<'_>, chapter: &Chapter) {
         let text = |value: Option<f64>| {
             value.map_or("–".to_owned(), |value| page.words.number(value, 2))
         };
-        // Of the metrics compared here, less is better for all except economy, which has no better
-        // direction.
+        // For each metric compared here the smallest value is the best. Economy is the exception:
+        // neither more nor less of it is better.
         let best = match metric {
             Metric::Economy => None,
             _ => before().copied().min_by(f64::total_cmp),
@@ -77,6 +81,7 @@ pub(super) fn past(page: &mut Page<'_>, chapter: &Chapter) {
     page.add(format_args!("</table>"));
 }
 
+/// Writes the instructor's points for each item, and their sum.
 pub(super) fn sheet(page: &mut Page<'_>, chapter: &Chapter) {
     if chapter.sheet.is_empty() {
         return;
@@ -100,6 +105,7 @@ pub(super) fn sheet(page: &mut Page<'_>, chapter: &Chapter) {
     page.add(format_args!("<tr><td>{name}<td>{of}</tr></table>"));
 }
 
+/// Writes the table of all metrics.
 pub(super) fn metrics(page: &mut Page<'_>, chapter: &Chapter) {
     page.heading("page-metrics");
     let show = page.say("page-show");

@@ -1,4 +1,4 @@
-//! Tables of the debrief that say what was judged, by which rule, and where the rule comes from.
+//! Tables of the debrief that state each judged value, its rule, and the source of the rule.
 //! Sources are quoted from the rules, in the language of their file.
 
 use figures::html::escape;
@@ -211,7 +211,7 @@ fn percent(share: f64) -> String {
     }
 }
 
-/// Says whether and when the critical view was shown or held from a side.
+/// Writes whether and when the critical view was shown or held from a side.
 fn view_shown(page: &mut Page<'_>, side: &str, shown: Option<Shown>) {
     let text = match shown {
         Some(it) => {
@@ -226,7 +226,7 @@ fn view_shown(page: &mut Page<'_>, side: &str, shown: Option<Shown>) {
     page.add(format_args!("<p>{text}</p>"));
 }
 
-/// Says what a view must show to count, and where these limits come from.
+/// Writes the limits that a view must meet to count, and their source.
 fn view_rule(page: &mut Page<'_>, rule: &ViewRule) {
     let seconds = page.words.number(rule.hold_s, decimals(rule.hold_s));
     let limits =

@@ -90,7 +90,7 @@ fn one(page: &mut Page<'_>, chapter: &Chapter, lesson: &Lesson, has_picture: boo
     page.add(format_args!("</section>"));
 }
 
-/// Says what to do about lost points that no alarm explains.
+/// Writes advice about lost points that no alarm explains.
 fn lost(page: &mut Page<'_>, chapter: &Chapter) {
     for lost in &chapter.assessed.lost {
         let advice = format!("advice-metric-{}", lost.metric.replace('_', "-"));

@@ -9,7 +9,7 @@
 //!
 //! 1. The mean over each interval of [`GRID_S`] is taken. The later steps then see one rate,
 //!    however fast the samples come.
-//! 2. Two low-pass stages of 6 Hz follow, the usual limit for the course of a hand (Winter,
+//! 2. Two low-pass stages of 6 Hz follow. This is the usual limit for the course of a hand (Winter,
 //!    Biomechanics and Motor Control of Human Movement). White noise with a standard deviation of
 //!    σ in each sample keeps 0.31 σ at 100 Hz, 0.52 σ at 30 Hz.
 //! 3. A point follows the hand on a leash. The point stands still until the hand is farther away
@@ -17,8 +17,8 @@
 //!    the point's path.
 //! 4. A movement begins and ends when the point's path in the last 0.2 s passes a threshold, one
 //!    for the beginning and a lower one for the end.
-//! 5. The smoothness of a movement comes from the spectrum of its speed ([`smooth`]), for which two
-//!    more stages of 6 Hz smooth the position.
+//! 5. Two more stages of 6 Hz smooth the position. The smoothness of a movement comes from the
+//!    spectrum of the speed of that position ([`smooth`]).
 //!
 //! Noise of 0.3 mm at 30 Hz keeps 0.16 mm an axis after the second step. The leash of 0.8 mm is
 //! five times as long. The window of 0.2 s holds two samples of a device with 10 Hz. In a shorter

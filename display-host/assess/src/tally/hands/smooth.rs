@@ -1,8 +1,8 @@
 //! Smoothness of movements: the spectral arc length of their speed.
 //!
-//! The amplitude spectrum of the speed is divided by its value at 0 Hz. Its length as a curve, from
-//! 0 Hz to the last frequency with an amplitude of [`LEAST`], is the shorter, the smoother the
-//! movement is. The smoothness is the negative length: −1.4 for one bell of speed, and less for
+//! The amplitude spectrum of the speed is divided by its value at 0 Hz. It is a curve from 0 Hz to
+//! the last frequency with an amplitude of [`LEAST`] or more. A smooth movement has a short curve.
+//! The smoothness is the negative length of the curve: −1.4 for one bell of speed, and less for
 //! each hesitation. The measure (SPARC) depends neither on the movement's size nor on its duration,
 //! and it differentiates nothing, so noise harms it less than measures of jerk: S. Balasubramanian,
 //! A. Melendez-Calderon, A. Roby-Brami, E. Burdet, On the analysis of movement smoothness, J.
@@ -16,10 +16,10 @@ use super::GRID_S;
 const HIGHEST_HZ: f64 = 10.0;
 /// Least amplitude that counts, as a share of the amplitude at 0 Hz.
 const LEAST: f64 = 0.05;
-/// Number of frequencies in each interval of 1 / duration of a movement: as many as zero padding to
-/// 16 times the length gives.
+/// Number of frequencies in each interval of 1 / duration of a movement. Zero padding to 16 times
+/// the length gives as many.
 const FINENESS: f64 = 16.0;
-/// Number of points after which a longer movement is cut: 5 s. Chains of movements without a rest
+/// A longer movement is cut after this number of points: 5 s. Chains of movements without a rest
 /// would otherwise count as one movement that hesitates.
 const LONGEST: usize = 500;
 

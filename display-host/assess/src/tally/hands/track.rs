@@ -1,22 +1,25 @@
-//! The track of one hand.
+//! The track of one hand. The parent module explains the steps: low-pass stages, a point on a
+//! leash, and a threshold for movements.
 
 use super::GRID_S;
 use super::smooth::Smoothness;
 use crate::vector::{Vec3, blend, distance};
 
-/// Part of its last value that a low-pass stage of 6 Hz still has after [`GRID_S`]: exp(−2π ·
-/// 0.06).
+/// Share of its last value that a low-pass stage of 6 Hz keeps over [`GRID_S`]: exp(−2π · 6 Hz ·
+/// 0.01 s).
 const KEPT: f64 = 0.685_922_165_934_166_2;
-/// Length of the leash, m.
+/// Length of the leash, m. The point on the leash moves only while the hand is farther away.
 const LEASH_M: f64 = 0.8e-3;
 /// Number of points over which speed is measured: 0.2 s.
 const WINDOW: usize = 20;
-/// A movement begins when the path in the window is longer than this, m: 20 mm/s.
+/// A movement begins when the path in the window is longer than this, m. The mean speed is then
+/// 20 mm/s.
 const MOVES_M: f64 = 4e-3;
-/// A movement ends when the path in the window is shorter than this, m: 5 mm/s.
+/// A movement ends when the path in the window is shorter than this, m. The mean speed is then
+/// 5 mm/s.
 const RESTS_M: f64 = 1e-3;
 
-/// A step of the point on the leash.
+/// Movement of the point on the leash during [`GRID_S`].
 #[derive(Debug, Clone, Copy, Default)]
 struct Step {
     /// Place at which it began.
@@ -35,9 +38,11 @@ pub(crate) struct Track {
     /// The four low-pass stages; `None` after a gap. The path comes from the second stage and the
     /// speed of a movement from the last, because noise disturbs a speed more than a path.
     stages: Option<[Vec3; 4]>,
-    /// The point on the leash.
+    /// Place of the point on the leash.
     held: Vec3,
+    /// The last steps, in a ring.
     steps: [Step; WINDOW],
+    /// Index of the oldest step. The next step replaces it.
     oldest: usize,
     /// Place at which the present movement began, and [`Track::path_m`] at that time, m.
     moving_from: Option<(Vec3, f64)>,
@@ -142,7 +147,8 @@ impl Track {
         self.movements
     }
 
-    /// Straight distance over path length, for all movements with the present one; NaN without one.
+    /// Sum of the straight distances over the sum of the path lengths. All movements count, and the
+    /// present one counts up to now. NaN without a movement.
     pub(crate) fn economy(&self) -> f64 {
         let mut whole = self.clone();
         whole.end_movement();
@@ -152,7 +158,7 @@ impl Track {
         }
     }
 
-    /// Smoothness of the finished movements; NaN without one.
+    /// Smoothness of the finished movements; NaN if there are none.
     pub(crate) fn smoothness(&self) -> f64 {
         self.smoothness.mean()
     }
@@ -177,7 +183,8 @@ mod tests {
         }
     }
 
-    /// Standard deviation that white noise of 1 keeps, if straight lines join its samples.
+    /// Standard deviation after two low-pass stages of white noise with standard deviation 1.
+    /// Straight lines join the samples of the noise.
     fn kept_of_white_noise(samples_hz: f64) -> f64 {
         let mut seed = 5;
         let mut uniform = || {

@@ -15,8 +15,8 @@ const DRAWN_M: f32 = 0.020;
 const GONE: f32 = 0.45;
 /// Share of the bed's length, from the neck, over which the gallbladder is pulled away.
 const OPENS: f32 = 0.75;
-/// Other organs move with the gallbladder: fully at its surface, not at all from this distance on,
-/// m.
+/// Distance from the gallbladder, m, from which on other organs do not move with it. At its surface
+/// they move fully.
 const FOLLOWS_M: f32 = 0.018;
 /// Distance of the camera from the middle of the dissection's edge, m.
 const FAR_M: f32 = 0.055;
@@ -69,8 +69,8 @@ pub(super) fn open(scene: &SceneFile) -> Option<Shot> {
     let home = (eye - middle).normalize_or(Vec3::Z);
     let seen = |from: Vec3| {
         let free = front.iter().filter(|at| is_free(**at, from, &hides));
-        // Rate a direction by the cells that it sees. Prefer the endoscope's direction and the side
-        // of the neck, from where the camera looks into the gap.
+        // A direction is rated by the number of cells that it sees. The endoscope's direction rates
+        // higher, and so does the side of the neck, from where the camera looks into the gap.
         (1.0 + free.count() as f32) * (1.0 + 0.2 * from.dot(home) - 0.7 * from.dot(bed.axis))
     };
     let from = sides().map(|side| (seen(side), side));
@@ -148,8 +148,8 @@ impl<'a> Bed<'a> {
         DRAWN_M * ((OPENS - self.along(at)) / OPENS).clamp(0.0, 1.3)
     }
 
-    /// Share of the gallbladder's displacement at a place in the bed, by the layer of the nearest
-    /// cell: near 1 at the gallbladder, near 0 at the liver.
+    /// Share of the gallbladder's displacement by which a place in the bed moves. The layer of the
+    /// nearest cell decides it: near 1 at the gallbladder, near 0 at the liver.
     fn share_of_bladder(&self, at: Vec3) -> f32 {
         let off = |cell: &CellRecord| Vec3::from(cell.center_m).distance_squared(at);
         let nearest = self

@@ -106,7 +106,7 @@ impl Site {
             let out = Vec3::from(room.target_normal).normalize_or(Vec3::Y);
             (at, out, (eye - at).normalize_or(out))
         });
-        // Do not look along the path of the particles, if another direction is free too.
+        // The camera does not look along the path of the particles if another direction is free.
         let beside = side
             .reject_from(out)
             .normalize_or(out.any_orthonormal_vector());

@@ -8,7 +8,7 @@ use super::{Chapter, Shot, is_free, judges, near, others};
 
 /// Displacement of the fold, m.
 const DRAWN_M: f32 = 0.008;
-/// Distance from the fold at which tissue follows it by 1/e, m.
+/// Distance from the fold, m, at which tissue moves by 1/e of the fold's displacement.
 const FOLLOWS_M: f32 = 0.014;
 /// Depth of the tips below the displaced skin, m.
 const UNDER_M: f32 = 0.002;
@@ -21,7 +21,7 @@ pub(super) fn shot(scene: &SceneFile) -> Option<Shot> {
     let bladder = scene.organs().iter().find(|it| is_it(it.kind))?;
     let port = Vec3::from(scene.room().instrument_port_m);
     let others = others(scene, bladder);
-    // Choose the visible place that faces the port best.
+    // The fold lies at the visible place that faces the port best.
     let judges = judges(scene, bladder);
     let free = judges
         .iter()

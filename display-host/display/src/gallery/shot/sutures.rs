@@ -11,7 +11,8 @@ use crate::render::sutures::given;
 
 /// Distance from the camera to the point at which it looks, m.
 const FAR_M: f32 = 0.055;
-/// Point at which the camera looks: this share of the way along the first suture, from the organ.
+/// Share of the way along the first suture, from the organ, at which the point lies that the camera
+/// looks at.
 const ALONG: f32 = 0.3;
 /// Largest cosine of the angle between the direction of view and the suture, so that the suture is
 /// seen from the side.
@@ -46,7 +47,7 @@ pub(super) fn shots(scene: &SceneFile) -> Vec<Shot> {
             ..Shot::new(Chapter::Instruments, title, tools)
         }
     };
-    // The free end is where an instrument outside the picture could have carried it.
+    // The free end is at a place to which an instrument outside the picture could have carried it.
     let carried = middle.lerp(to, 0.2) + side.cross(out) * 0.01;
     vec![
         shot("Sutures", SutureMsg::HUNG, to),

@@ -12,8 +12,9 @@ use crate::skinning::{RestVertex, pairs};
 /// Largest distance from a cell's corner to the skin that anchors a fibre, m.
 const ANCHORED_M: f32 = 0.006;
 
-/// Anchors of fibres on the skins inwards and outwards of the cells' corners. A corner far from any
-/// skin has no anchor.
+/// Points of the neighbouring skins at which fibres are anchored. A corner of a cell may have an
+/// anchor on the skin inwards of it, and one on the skin outwards. A corner far from any skin has
+/// none.
 #[derive(Default)]
 pub(in crate::render) struct Anchors {
     pub(super) places: Vec<RestVertex>,
@@ -57,8 +58,8 @@ impl Anchors {
                     else {
                         continue;
                     };
-                    // The anchor is the corner, projected onto the plane of the nearest skin along
-                    // its normal.
+                    // The anchor is the corner's projection onto the plane of the skin at its
+                    // nearest vertex.
                     let normal = Vec3::from(skin.normal);
                     let across = normal * (at - Vec3::from(skin.position_m)).dot(normal);
                     anchors.places.push(RestVertex {
@@ -75,7 +76,7 @@ impl Anchors {
         anchors
     }
 
-    /// Anchors opposite two corners of a cell, if both corners have one.
+    /// Anchors of two corners of a cell, in the direction `way`. `None` unless both have one.
     pub(super) fn across(&self, way: usize, corners: [u32; 2]) -> Option<[u32; 2]> {
         let of = &self.of_corners[usize::from(way == OUTWARDS)];
         let anchor = |corner: u32| of.get(&u16::try_from(corner).ok()?).copied();

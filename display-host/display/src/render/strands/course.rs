@@ -9,7 +9,7 @@ use crate::skinning::SkinnedVertex;
 
 /// Positions of the five rings, as shares of the piece's length: root, neck, middle, neck, root.
 pub(super) const RINGS: [f32; 5] = [0.0, 0.16, 0.5, 0.84, 1.0];
-/// Points per row across a film. Row 0 lies in the fork, row 1 at the free edge.
+/// Number of points in each of a film's two rows. Row 0 lies in the fork, row 1 at the free edge.
 pub(super) const ACROSS: usize = 5;
 /// Number of corners of a fibre's piece.
 pub(super) const TUBE: usize = RINGS.len() * SIDES;
@@ -55,7 +55,8 @@ impl Piece {
         let ends = self.ends.map(|end| end.on_side(place) + off * end.off_m);
         let along = ends[1] - ends[0];
         let across = off.cross(along).normalize_or(off.any_orthonormal_vector());
-        // `slack` < 1: the piece is stretched, straighter and thinner. `slack` > 1: it bows more.
+        // With `slack` < 1 the piece is stretched, so it is straighter and thinner. With a larger
+        // `slack` it bows more.
         let slack = (length_m / along.length().max(1e-6)).clamp(0.2, 1.15);
         PieceShape {
             ends,
@@ -139,7 +140,7 @@ mod tests {
         assert!(taut.radius_m(0.5) < 0.6 * slack.radius_m(0.5));
         assert!(taut.bow.length() < 0.2 * slack.bow.length());
         assert!(slack.at(0.0).distance(Vec3::ZERO) < 1e-9);
-        // A vanished length must not give invalid numbers.
+        // A piece whose length has vanished must not give invalid numbers.
         let none = drawn(0.0);
         assert!(none.at(0.5).is_finite() && none.radius_m(0.5).is_finite());
     }

@@ -47,8 +47,8 @@ pub(super) struct Piece {
 /// An end of a piece: position between corners, and distance from the side.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct End {
-    /// Two pairs of corners. `shares[0]` divides each pair; `shares[1]` divides the line between
-    /// the two points so found.
+    /// Two pairs of corners. The line between the corners of each pair is divided at `shares[0]`.
+    /// The line between the two points so found is divided at `shares[1]`.
     pub(super) corners: [u32; 4],
     pub(super) shares: [f32; 2],
     pub(super) off_m: f32,
@@ -76,8 +76,9 @@ pub(super) struct Film {
 }
 
 impl Film {
-    /// Place along the fibres, as a share of their length, of a point of the film. The point lies
-    /// at the share `across` between the fibres, in the fork or at the film's free edge.
+    /// Place of a film's point along the fibres, as a share of their length. The point lies at the
+    /// share `across` of the way from the first fibre to the second. It lies at the film's free
+    /// edge, or else in the fork.
     pub(super) fn height_at(&self, across: f32, is_edge: bool) -> f32 {
         let arch = 1.0 - ARCH * (across * core::f32::consts::PI).sin();
         let up = if is_edge { self.height * arch } else { 0.0 };
@@ -185,8 +186,8 @@ impl<G: Fn(u16) -> bool> Ground<'_, G> {
         Self::inner_edge(side).map(|k| u32::from(self.cells[cell].corners[k | outer]))
     }
 
-    /// Seed from a column, its side, a level and a further number. It does not depend on which
-    /// cells are removed, so a removal moves no fibre.
+    /// Seed from a column, its side, a level and a further number. The seed does not depend on the
+    /// removed cells, so a removal moves no fibre.
     fn seed(&self, cell: usize, side: usize, level: u32, more: u32) -> u32 {
         let root = foot(self.cells, cell) as u32;
         (root * 4 + side as u32)
@@ -218,8 +219,8 @@ impl<G: Fn(u16) -> bool> Ground<'_, G> {
         }
         let level = u32::from(it.layer);
         let (most, there) = self.weave(cell).fibres();
-        // Last piece of each kind: along the cell, to its inward anchors, to its outward anchors.
-        // Films may join the next piece of the kind to it.
+        // The last piece of each of three kinds: along the cell, to its inward anchors, to its
+        // outward anchors. Films may join the next piece of the same kind to it.
         let mut last = [None; 3];
         for fibre in 0..most {
             let own = chance(self.seed(cell, side, 0, fibre)) * 0.5 + 0.5;
@@ -371,8 +372,8 @@ impl<G: Fn(u16) -> bool> Ground<'_, G> {
 
 /// Innermost cell of a cell's column, removed or not.
 fn foot(cells: &[CellRecord], mut cell: usize) -> usize {
-    // Layers are numbered by a byte, so no column is longer. The bound also ends a loop in bad
-    // data.
+    // A byte numbers the layers, so no column is longer than this bound. The bound also ends a loop
+    // in bad data.
     for _ in 0..=u8::MAX {
         match cells.get(cell).map(|it| it.neighbours[INWARDS]) {
             Some(inner) if inner != NO_CELL => cell = usize::from(inner),

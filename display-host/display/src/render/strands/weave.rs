@@ -12,7 +12,7 @@ pub(in crate::render) enum Weave {
 }
 
 impl Weave {
-    /// Largest number of fibres along a cell's side, and the share of them that exists.
+    /// Number of possible fibres along a cell's side, and the share of them that exists.
     pub(super) fn fibres(self) -> (u32, f32) {
         match self {
             Self::Plain => (0, 0.0),

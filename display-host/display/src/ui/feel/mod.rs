@@ -1,8 +1,8 @@
 //! Screens of `calot devices feel --window`, the test of a haptic device by hand: a pure function
 //! from the state of the test to widgets and the person's wishes.
 //!
-//! While the handle pushes in order to be felt, and until the person has named the direction, the
-//! window hides force and position: the person must feel the answer, not read it.
+//! In some steps the handle pushes, and the person names the direction. Until then the window hides
+//! force and position, because the person must feel the answer and not read it.
 
 mod numbers;
 mod outcome;
@@ -22,8 +22,8 @@ use crate::words::Words;
 /// Smallest width at which words and picture stand side by side, points.
 const SIDE_BY_SIDE: f32 = 1000.0;
 
-/// Answers about the fingers, each with its key and name: the handle opened them, shut them, or
-/// neither.
+/// Answers to the question about the fingers, each with its key and name. The handle opened the
+/// fingers, shut them, or neither.
 const FINGERS: [(Key, &str, Option<bool>); 3] = [
     (Key::O, "open", Some(true)),
     (Key::S, "shut", Some(false)),
@@ -282,7 +282,7 @@ impl View {
         }
     }
 
-    /// True while the window must hide what the person must feel.
+    /// True while the window hides force and position, because the person must feel them.
     const fn is_secret(&self) -> bool {
         matches!(
             self.screen,

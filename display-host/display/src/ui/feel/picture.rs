@@ -1,20 +1,21 @@
-//! The workspace in an oblique view: x to the right, y up, and z, towards the person, down to the
-//! left.
+//! The workspace in an oblique view. In the picture, x points to the right and y up. The axis z
+//! points towards the person, and in the picture down to the left.
 
 use egui::{Align2, Color32, FontId, Painter, Pos2, Sense, Stroke, Ui, Vec2, pos2, vec2};
 
 use super::{Screen, View};
 use crate::ui::screens::BODY;
 
-/// Offset in the picture, y down, for one unit towards the person, in the same unit.
+/// Offset in the picture, y down, of a point that is one unit nearer to the person. The offset has
+/// the same unit.
 const TOWARDS: Vec2 = Vec2::new(-0.5, 0.38);
 /// Share of the picture's smaller side that the workspace's radius takes.
 const RADIUS_SHARE: f32 = 0.36;
-/// Length of a move's arrow, as a share of the radius, whatever the length of the move.
+/// Length of a move's arrow, as a share of the radius. It is the same for moves of any length.
 const MOVE_SHARE: f32 = 0.75;
 /// Length of a force's arrow for each newton, as a share of the radius.
 const FORCE_SHARE: f32 = 1.3;
-/// Farthest place at which the handle is drawn, as a share of the radius.
+/// Largest coordinate at which the handle is drawn, as a share of the radius.
 const FAR: f32 = 1.3;
 
 const AXIS: Color32 = Color32::from_gray(95);

@@ -36,7 +36,8 @@ pub struct Debrief {
     pub score: f64,
     /// Errors, the gravest first.
     pub lessons: Vec<LessonView>,
-    /// Metrics that cost points without an error in `lessons`, and these points.
+    /// Metrics that cost points, each with the lost points. An error in `lessons` explains none of
+    /// them.
     pub lost: Vec<(String, f64)>,
     /// Acts of an instructor.
     pub acts: Vec<Act>,
@@ -111,7 +112,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut V
     if debrief.report.is_some() {
         buttons.push((words.say("debrief-report"), Wish::OpenReport));
     }
-    // Questionnaire and sheet belong to a stored session.
+    // The session of a guest is not stored, so it has neither questionnaire nor sheet.
     if !debrief.trainee.is_empty() {
         let questions = Wish::Ask(Asking::Questions);
         buttons.push((words.say("debrief-questions"), questions));
@@ -261,7 +262,7 @@ fn table(ui: &mut Ui, words: &Words, debrief: &Debrief) {
                 match row.is_met() {
                     Some(met) => {
                         let mark = if met { Mark::Good } else { Mark::Bad };
-                        // Keep the value on one line, because a column of a table does not wrap.
+                        // The value stays on one line, because a column of a table does not wrap.
                         ui.horizontal(|ui| {
                             sign(ui, mark);
                             ui.add(Label::new(&now).extend());

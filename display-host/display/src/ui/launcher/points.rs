@@ -118,7 +118,7 @@ fn keys(ui: &Ui, points: &Points, wishes: &mut Vec<Wish>) {
                 wishes.push(Wish::Answer(number as u8 + 1));
                 left -= 1;
             }
-            // Enter that is typed before the button is on the screen. Later the button itself takes
+            // Enter was typed before the button is on the screen. Later the button itself takes
             // Enter.
             None if key == Key::Enter && left == 0 && !is_answered => wishes.push(Wish::Keep),
             _ => {}

@@ -10,7 +10,7 @@ use crate::words::Words;
 /// A trainee's progress.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct ProgressView {
-    /// Number of tasks in which the trainee is proficient, and number of all.
+    /// Number of tasks in which the trainee is proficient, and number of all tasks.
     pub done: [usize; 2],
     /// Levels of the curriculum.
     pub levels: Vec<LevelView>,
@@ -34,7 +34,7 @@ pub struct TaskProgress {
     pub task: String,
     /// Degree of help: a difficulty's name.
     pub difficulty: String,
-    /// Passes in a row, and the number that makes proficient.
+    /// Number of passes in a row, and the number of them that makes the trainee proficient.
     pub passes: [usize; 2],
     /// True if the trainee is proficient.
     pub is_proficient: bool,

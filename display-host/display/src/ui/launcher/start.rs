@@ -193,7 +193,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, start: &Start, wishes: &mut Vec<W
     }
 }
 
-/// Offers the guided first steps to whoever is here for the first time.
+/// Offers the guided first steps, for a person who is here for the first time.
 fn first(ui: &mut Ui, words: &Words, wishes: &mut Vec<Wish>) {
     Frame::group(ui.style()).inner_margin(10).show(ui, |ui| {
         ui.horizontal_top(|ui| {
@@ -294,7 +294,8 @@ fn scope_and_scene(ui: &mut Ui, words: &Words, start: &Start, form: &mut StartFo
     part(ui, &words.say("start-scene"));
     ui.horizontal_wrapped(|ui| {
         for scene in &start.scenes {
-            // Message names have no colon, and patients' names have one.
+            // A patient's scene has a colon in its name, and the name of a message must not have
+            // one.
             let id = format!("scene-{}", scene.replace(':', "-"));
             let said = words.say(&id);
             // A scene file has no message and is shown by its own name.

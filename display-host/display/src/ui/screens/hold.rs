@@ -1,5 +1,5 @@
-//! Display of a running hold: a reticle in the middle of the picture, a ring around it that fills,
-//! and a text that names the thing that the picture lacks.
+//! Display of a running hold. A reticle is in the middle of the picture, and a ring around it fills
+//! while the hold lasts. A text names the thing that the picture lacks.
 
 use egui::{Align2, Color32, FontId, Pos2, Rect, Shape, Stroke, Ui, pos2, vec2};
 
@@ -7,7 +7,8 @@ use super::super::UiState;
 
 /// Radius of the ring, as a share of the picture's height.
 const RING: f32 = 0.17;
-/// Widths, points. The white ring is 1.5 narrower than the first; the filled part has the second.
+/// Widths of lines, points. The white ring's line is the first width less 1.5. The line of the
+/// ring's filled part is the second.
 const WIDTHS: [f32; 2] = [3.0, 6.0];
 /// Half of the gap in the reticle, and the length of its arms, points.
 const GAP: f32 = 6.0;

@@ -15,17 +15,17 @@ const TEXT: f32 = 22.0;
 const HINT: f32 = 17.0;
 /// Size of help text, points.
 const HELP: f32 = 14.0;
-/// Width of the left column, points: the alarm stays clear of it.
+/// Width of the left column, points. The alarm stays clear of this column.
 const SIDE: f32 = 236.0;
 /// Space between the left column and the alarm, including margins and frames, points.
 const CLEAR: f32 = 62.0;
-/// Width of the left column in a tight picture, points: the time alone.
+/// Width of the left column in a tight picture, points. The column then shows the time alone.
 const TIME: f32 = 140.0;
-/// Width of the picture, points. In a narrower picture, as with large text, the cards show only
-/// time, next step and result, and the alarm if the panel does not show it.
+/// Width below which a picture is tight, points, as with large text. The cards then show only time,
+/// next step and result, and the alarm if the panel does not show it.
 const TIGHT: f32 = 480.0;
-/// Width of the picture, points. In a narrower picture, a result or pause in the middle replaces
-/// the other cards, because it would cover them.
+/// Width of the picture, points, below which a result or pause in the middle replaces the other
+/// cards, because it would cover them.
 const NARROW: f32 = 900.0;
 
 pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>) {
@@ -120,7 +120,7 @@ fn over(
         for reason in &end.reasons {
             ui.label(RichText::new(words.reason(reason)).size(TEXT));
         }
-        // Only the trainee ends the task, not the instructor.
+        // The trainee ends the task; the instructor does not.
         if !state.instructor && ui.button(words.say("hud-end")).clicked() {
             asked.push(Asked::Quit);
         }

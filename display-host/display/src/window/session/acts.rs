@@ -1,4 +1,4 @@
-//! Acts of instructors: shown at the station, asked for in an instructor's window.
+//! Acts of instructors. The station's window shows them, and an instructor's window asks for them.
 
 use std::sync::{Arc, Mutex, PoisonError};
 

@@ -57,7 +57,7 @@ impl Session {
                     continue;
                 }
                 Asked::ShowSettings(open) => {
-                    // The settings need the mouse, so release the instrument.
+                    // The settings need the mouse, so the instrument is released.
                     if open && self.operate.is_on() {
                         self.carry_out(&[Asked::ToggleHand], scene, observer);
                     }

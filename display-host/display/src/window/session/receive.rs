@@ -59,7 +59,7 @@ impl Session {
         let organs = &self.organs;
         self.host.drain_events(|event| {
             feed.note_event(event);
-            // Clear all bleeding and stains, whoever requested the reset.
+            // A reset clears all bleeding and stains, whoever requested it.
             if event.is(EventKind::Reset) {
                 pending.clear();
                 (*newest_clip, *was_reset) = (None, true);
@@ -181,8 +181,8 @@ impl Session {
     }
 }
 
-/// Message for an organ that falls or shakes, or in which the instrument begins. The trainee is not
-/// at fault.
+/// Message for an organ that falls or shakes, or that holds the instrument when its device starts
+/// or returns. The trainee is not at fault.
 fn unrest(event: &EventMsg) -> Option<&'static str> {
     match event.decode() {
         Ok(Event::Fall { .. }) => Some("unrest-falls"),
@@ -192,8 +192,8 @@ fn unrest(event: &EventMsg) -> Option<&'static str> {
     }
 }
 
-/// True if the haptic device limits its force now and did not before this batch. It is no event,
-/// because some devices limit their force in ordinary use.
+/// True for the first batch after which the haptic device has limited its force. The controller
+/// sends no event for this, because some devices limit their force in ordinary use.
 fn begins_to_limit(known_ticks: &mut u64, batch: &TimingBatch) -> bool {
     let code = Fault::DeviceLimited as usize;
     let ticks = batch.faults.get(code).copied().unwrap_or(0);

@@ -5,7 +5,7 @@ use shared_mem::message::{SphereState, StateFrame};
 use shared_mem::scene::{AttachmentRecord, SceneFile, WORLD};
 
 /// Places of all spheres of a scene.
-pub(super) struct Lie<'a> {
+pub(super) struct Snapshot<'a> {
     scene: &'a SceneFile,
     /// Organ of each sphere.
     organ: Vec<usize>,
@@ -29,7 +29,7 @@ impl Worst {
     }
 }
 
-impl<'a> Lie<'a> {
+impl<'a> Snapshot<'a> {
     pub(super) fn new(scene: &'a SceneFile, state: &StateFrame) -> Self {
         let spheres = state.spheres().unwrap_or(&[]);
         let mut organ = vec![0; spheres.len()];
@@ -95,7 +95,7 @@ impl<'a> Lie<'a> {
                 if self.are_apart(a, b) {
                     let both_m = radius_m(a) + radius_m(b);
                     let overlap_m =
-                        |lie: &Self| (both_m - lie.places_m[a].distance(lie.places_m[b])).max(0.0);
+                        |it: &Self| (both_m - it.places_m[a].distance(it.places_m[b])).max(0.0);
                     let grown_m = overlap_m(self) - overlap_m(before);
                     worst.add(grown_m, [self.organ[a], self.organ[b]]);
                 }
@@ -104,7 +104,8 @@ impl<'a> Lie<'a> {
         for tetra in self.scene.tetrahedra() {
             let corners = tetra.spheres.map(usize::from);
             let deep_m = corners.map(radius_m).into_iter().fold(f32::MAX, f32::min);
-            let [was, is] = [before, self].map(|lie| Hull::new(corners.map(|i| lie.places_m[i])));
+            let [was, is] =
+                [before, self].map(|it| Tetrahedron::new(corners.map(|i| it.places_m[i])));
             for a in 0..count {
                 let came = self.are_apart(a, corners[0])
                     && is.contains(self.places_m[a])
@@ -124,13 +125,13 @@ impl<'a> Lie<'a> {
 }
 
 /// A tetrahedron of tissue.
-struct Hull {
+struct Tetrahedron {
     corner_m: Vec3,
     /// Shares of the three edges from that corner, by place; `None` if it is flat.
     shares: Option<Mat3>,
 }
 
-impl Hull {
+impl Tetrahedron {
     fn new(corners_m: [Vec3; 4]) -> Self {
         let [a, b, c, d] = corners_m;
         let edges_m = Mat3::from_cols(b - a, c - a, d - a);
@@ -156,11 +157,11 @@ mod tests {
     #[test]
     fn tetrahedron_contains_its_middle_and_no_place_beyond_a_face() {
         let corners_m = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z];
-        let hull = Hull::new(corners_m);
+        let hull = Tetrahedron::new(corners_m);
         assert!(hull.contains(Vec3::splat(0.25)));
         assert!(!hull.contains(Vec3::splat(0.34)));
         assert!(!hull.contains(Vec3::new(-0.01, 0.2, 0.2)));
-        let flat = Hull::new([Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::X + Vec3::Y]);
+        let flat = Tetrahedron::new([Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::X + Vec3::Y]);
         assert!(!flat.contains(Vec3::ZERO));
     }
 }
