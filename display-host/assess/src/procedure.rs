@@ -192,6 +192,7 @@ impl Procedure {
         let mut wrong = Wrong::default();
         let kind = anatomy.kind(event.organ);
         let vessel = VESSELS.iter().position(|(of, _)| Some(*of) == kind);
+        let is_opened = vessel.is_some_and(|which| self.is_opened(which));
         let mut say = |what| {
             wrong.0.push(Alarm {
                 at_s,
@@ -213,7 +214,8 @@ impl Procedure {
                     say(AlarmKind::Touched);
                 }
             }
-            Ok(Event::Burn { energy_j }) if rules.must_not_burn(kind) => {
+            // Current closes a vessel that an instructor opened.
+            Ok(Event::Burn { energy_j }) if rules.must_not_burn(kind) && !is_opened => {
                 let heat_j = f64::from(energy_j).max(0.0);
                 self.burn_wrong_j += heat_j;
                 if self.is_burnt(event.organ, heat_j, rules)
@@ -225,7 +227,7 @@ impl Procedure {
             }
             Ok(Event::Clip { number }) => match vessel {
                 Some(which) => {
-                    if self.task == Task::Full && !self.had_view {
+                    if self.task == Task::Full && !self.had_view && !is_opened {
                         say(AlarmKind::TooEarly);
                     }
                     if let Some(vessel) = self.vessels.get_mut(which) {
@@ -294,7 +296,7 @@ impl Procedure {
         if let Some(which) = vessel
             && let Some(vessel) = self.vessels.get(which)
             && vessel.divided.is_some()
-            && !vessel.excused
+            && !vessel.is_excused()
             && vessel.leaks(rules.done.leak)
             && self.is_unclamped(which)
         {
@@ -397,9 +399,15 @@ impl Procedure {
         known.is_some_and(|known| !core::mem::replace(known, true))
     }
 
-    /// True while cystic duct and artery are whole, and no clip of the trainee is on them.
+    /// True if an instructor opened this vessel.
+    fn is_opened(&self, which: usize) -> bool {
+        self.vessels.get(which).is_some_and(|it| it.opened)
+    }
+
+    /// True while cystic duct and artery are whole, and the trainee has put no clip on them. A clip
+    /// on a vessel that an instructor opened does not count.
     pub(crate) fn is_untouched(&self) -> bool {
-        self.are_whole() && self.vessels.iter().all(|it| it.clips() == it.given)
+        self.are_whole() && self.vessels.iter().all(|it| !it.touched)
     }
 
     fn are_whole(&self) -> bool {

@@ -30,14 +30,19 @@ pub(crate) struct Vessel {
     is_judged: bool,
     /// Positions of the vessel's leaks, m, and their flows. All events of a leak have one position.
     leaking: Vec<(Vec3, f64)>,
-    /// An instructor opened the vessel, or took a clip off. Its leaks then are no error.
-    pub(crate) excused: bool,
+    /// An instructor opened the vessel. What stops its bleeding then is no error.
+    pub(crate) opened: bool,
+    /// An instructor took a clip off the vessel.
+    unclipped: bool,
+    /// The trainee put a clip on the vessel while no instructor had opened it.
+    pub(crate) touched: bool,
     /// The vessel was perforated or torn.
     pub(crate) injured: bool,
 }
 
 impl Vessel {
     pub(crate) fn clip(&mut self, number: u32, at_m: Vec3) {
+        self.touched |= !self.opened;
         if self.clips.iter().all(|clip| clip.number != number) {
             self.clips.push(Clip { number, at_m });
         }
@@ -45,13 +50,22 @@ impl Vessel {
 
     /// Takes an instructor's complication: an opened wall, or a clip that slipped off.
     pub(crate) fn complicate(&mut self, event: &Result<Event, UnknownEvent>) {
-        self.excused = true;
-        if let Ok(Event::Unclipped { number }) = event {
-            match self.clips.iter().position(|clip| clip.number == *number) {
-                Some(at) => drop(self.clips.swap_remove(at)),
-                None => self.given = self.given.saturating_sub(1),
+        match event {
+            Ok(Event::Opened { .. }) => self.opened = true,
+            Ok(Event::Unclipped { number }) => {
+                self.unclipped = true;
+                match self.clips.iter().position(|clip| clip.number == *number) {
+                    Some(at) => drop(self.clips.swap_remove(at)),
+                    None => self.given = self.given.saturating_sub(1),
+                }
             }
+            _ => {}
         }
+    }
+
+    /// True if an instructor opened the vessel or took a clip off, so that its leaks are no error.
+    pub(crate) fn is_excused(&self) -> bool {
+        self.opened || self.unclipped
     }
 
     pub(crate) fn clips(&self) -> usize {

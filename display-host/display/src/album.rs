@@ -5,6 +5,7 @@ use std::io::Cursor;
 
 use shared_mem::message::{EventMsg, StateFrame, ToolFrame};
 use shared_mem::scene::SceneFile;
+use shared_mem::words::Switches;
 
 use crate::DisplayError;
 use crate::effects::{Causes, Effect};
@@ -61,7 +62,10 @@ impl Album {
         let spheres = state.spheres().unwrap_or(&[]);
         let of_events = events.iter().filter_map(|event| self.causes.event(event));
         let mut begin: Vec<Effect> = of_events.collect();
-        begin.extend(self.causes.electrode(state, tools, seconds));
+        // In a pause, the electrode burns nothing, whatever the pedals say.
+        if !tools.switches().contains(Switches::PAUSED) {
+            begin.extend(self.causes.electrode(state, tools, seconds));
+        }
         if !begin.is_empty() {
             self.renderer.follow(spheres);
         }

@@ -90,7 +90,7 @@ pub use info::{Assignment, Finish, Info, hex, printable};
 pub use lost::Lost;
 pub use operation::Operation;
 pub use read::Session;
-pub use record::{Acts, Config, Listening, Recording, Sight, check_target};
+pub use record::{Acts, Config, Heard, Listening, Recording, Sight, check_target};
 pub use records::End;
 pub use repair::{Repaired, repair};
 pub use storage::{Storage, create_private, is_being_recorded};

@@ -27,7 +27,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(200);
 #[command(after_help = "\
 The window shows the trainee's picture, the score, steps, alarms and metrics of the task (also in an
 exam), and histograms of the tick. Up to six displays may watch. In it you can point (a click on the
-picture), pause, fog the lens, start a bleeding, let a clip slip, and write a remark. The station
+picture), pause, fog the lens, start bleeding, let a clip slip, and write a remark. The station
 records each act and tells the trainee. In an exam it takes remarks only.
 
 Examples:

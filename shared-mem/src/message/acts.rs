@@ -105,6 +105,16 @@ impl ActReply {
     pub const UNKNOWN: u32 = 4;
     /// The controller did not answer in time.
     pub const SILENT: u32 = 5;
+    /// The act may have been carried out, and is recorded. Nothing told in time whether it was.
+    pub const UNCERTAIN: u32 = 6;
+    /// The session holds as many acts as it may.
+    pub const FULL: u32 = 7;
+
+    /// True if an act with this outcome is in the recording.
+    #[must_use]
+    pub const fn is_recorded(outcome: u32) -> bool {
+        matches!(outcome, Self::DONE | Self::UNCERTAIN)
+    }
 }
 
 // Sender and receivers rely on this size. A change of it needs a new version.

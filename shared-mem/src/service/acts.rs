@@ -12,6 +12,9 @@ use super::join::{Member, MemoryNeed};
 use super::{ServiceError, Station};
 use crate::message::{ActMsg, ActReply};
 
+/// Time within which the station's desk answers an act.
+pub const ACT_PATIENCE: Duration = Duration::from_millis(1500);
+
 /// The station's end: it receives the acts of instructors.
 #[derive(Debug)]
 pub struct ActDesk {

@@ -27,7 +27,7 @@ use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
 use crate::message::{ActMsg, ActReply, CommandMsg, ReplyMsg};
 
-pub use acts::{ActDesk, ActRequest, ActSender};
+pub use acts::{ACT_PATIENCE, ActDesk, ActRequest, ActSender};
 pub use command::Commander;
 pub use ends::{
     Controller, HandReceiver, HandSender, Host, Request, Tap, TaskReceiver, TaskSender,
@@ -203,7 +203,8 @@ impl Station {
         node.service_builder(&name)
             .request_response::<Q, A>()
             .max_servers(1)
-            .max_clients(MAX_HOSTS)
+            // The station itself asks as well.
+            .max_clients(MAX_HOSTS + 1)
             .max_nodes(MAX_HOSTS + 2)
             .max_active_requests_per_client(4)
             .open_or_create()

@@ -112,6 +112,9 @@ fn film(session: &std::path::Path, folder: &std::path::Path) {
     let truth = std::fs::read_to_string(folder.join("film.truth.json")).expect("a side file");
     let truth: serde_json::Value = serde_json::from_str(&truth).expect("JSON");
     let pictures = truth["pictures"].as_u64().expect("a number");
+    let acts = truth["acts"].as_array().expect("acts");
+    assert!(acts.iter().any(|it| it["kind"] == "remark"), "{acts:?}");
+    assert!(acts.iter().all(|it| it["remark"].is_null()), "{acts:?}");
     let moments = truth["moments"].as_array().expect("moments").len() as u64;
     assert!(
         pictures > 0 && moments == pictures.div_ceil(25),
@@ -119,6 +122,27 @@ fn film(session: &std::path::Path, folder: &std::path::Path) {
     );
     let film = std::fs::read(&video).expect("a film");
     assert!(film.starts_with(&[0x1a, 0x45, 0xdf, 0xa3]), "Matroska");
+    let beyond = folder.join("beyond.mkv");
+    let mut command = calot();
+    command
+        .arg("replay")
+        .arg(session)
+        .arg("--video")
+        .arg(&beyond);
+    let output = finish(command.args(["--from", "3000", "--size", "96x64"]));
+    assert_eq!(output.status.code(), Some(1));
+    let told = said(&output);
+    assert!(
+        told.contains("--from 3000 s: the session is") && told.contains("begin earlier"),
+        "{told}"
+    );
+    let files = std::fs::read_dir(folder).expect("a folder");
+    let names = files.map(|it| it.expect("a file").file_name());
+    let names: Vec<String> = names.map(|it| it.to_string_lossy().into_owned()).collect();
+    assert!(
+        !names.iter().any(|it| it.contains("beyond")),
+        "nothing is left behind: {names:?}"
+    );
     let again = finish(
         calot()
             .arg("replay")

@@ -108,7 +108,7 @@ metrics! {
         "Time with current on the hook in which the instrument touched nothing and nothing had burnt for 0.1 s."
         "LAP Mentor: cautery without contact; own: current across a gap does not count"
     BurnWrong "burn_wrong_j" "J"
-        "Energy into structures that the rules protect from burning."
+        "Energy into structures that the rules protect from burning. A vessel that an instructor opened may be coagulated."
         "own"
     BurnLiver "burn_liver_j" "J" "Energy into the liver." "own"
     BurnGallbladder "burn_gallbladder_j" "J" "Energy into the gallbladder." "own"

@@ -1,5 +1,6 @@
 mod basics;
 mod clips;
+mod complications;
 mod course;
 mod endoscope;
 mod errors;

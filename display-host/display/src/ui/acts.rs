@@ -8,6 +8,17 @@ const MARK_S: f64 = 10.0;
 /// Time for which the picture tells an act, s.
 const NOTICE_S: f64 = 8.0;
 
+/// Reader of the acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ActsReader {
+    /// The trainee at the station, who reads remarks only in the debrief.
+    Trainee,
+    /// The instructor who acts.
+    Instructor,
+    /// Whoever looks at a replay. A replay runs on in a pause of the session.
+    Replay,
+}
+
 /// Acts of instructors at one moment.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ActsView {
@@ -17,21 +28,23 @@ pub struct ActsView {
     pub mark: Option<[f32; 3]>,
     /// Number of times that an instructor fogged the lens.
     pub fogs: usize,
+    /// Number of times that an instructor paused.
+    pub pauses: usize,
 }
 
 impl ActsView {
-    /// The view of these acts at the time `now_s`. Each act comes with its time, s, the oldest act
-    /// first. With `tells_remarks` the view has the text of a remark; a trainee reads this text
-    /// only in the debrief.
+    /// The view of `reader` at `now_s` of acts with their times, s, the oldest first.
     #[must_use]
-    pub fn at(acts: &[(f64, ActMsg)], now_s: f64, tells_remarks: bool) -> Self {
+    pub fn at(acts: &[(f64, ActMsg)], now_s: f64, reader: ActsReader) -> Self {
+        let tells_remarks = reader != ActsReader::Trainee;
+        let lasts = |kind| kind == ActKind::Pause && reader != ActsReader::Replay;
         let known = acts.iter().filter(|(at_s, _)| *at_s <= now_s);
         let known = known.filter_map(|(at_s, act)| Some((*at_s, act.kind().ok()?, act)));
         let mut view = Self::default();
         for (at_s, kind, act) in known {
             let is_new = now_s - at_s < NOTICE_S;
-            // The picture tells a pause until it ends.
-            if is_new || kind == ActKind::Pause {
+            // A pause is told as long as it lasts.
+            if is_new || lasts(kind) {
                 let remark = act
                     .text()
                     .filter(|_| kind == ActKind::Remark && tells_remarks);
@@ -42,10 +55,33 @@ impl ActsView {
             match kind {
                 ActKind::Point => view.mark = (now_s - at_s < MARK_S).then_some(act.at_m),
                 ActKind::Fog => view.fogs += 1,
+                ActKind::Pause => view.pauses += 1,
                 _ => {}
             }
         }
         view
+    }
+}
+
+/// The newest pause of an instructor, as far as the picture tells it. The trainee may end it.
+#[derive(Debug, Default)]
+pub(crate) struct PauseNote {
+    /// Number of the newest pause that was seen, from 1.
+    seen: usize,
+    /// Number of the newest pause that has ended.
+    over: usize,
+}
+
+impl PauseNote {
+    /// True while the pause with this number lasts. Call it for each picture. A pause that has
+    /// ended does not come back with a later one.
+    pub(crate) fn tells(&mut self, number: usize, is_paused: bool) -> bool {
+        match is_paused {
+            true => self.seen = number,
+            false if self.seen == number => self.over = number,
+            false => {}
+        }
+        is_paused && number > self.over
     }
 }
 
@@ -70,7 +106,7 @@ mod tests {
 
     #[test]
     fn a_mark_goes_by_itself_and_a_pause_is_told_until_it_ends() {
-        let told = |now_s| ActsView::at(&acts(), now_s, false);
+        let told = |now_s| ActsView::at(&acts(), now_s, ActsReader::Trainee);
         assert_eq!(told(0.5), ActsView::default());
         assert_eq!(told(5.0).mark, Some([0.1, 0.0, 0.0]));
         assert_eq!(told(12.0).mark, None);
@@ -80,10 +116,32 @@ mod tests {
     }
 
     #[test]
+    fn a_replay_tells_a_pause_for_a_while() {
+        let told = |now_s| ActsView::at(&acts(), now_s, ActsReader::Replay).notice;
+        assert_eq!(told(41.0), Some((ActKind::Pause, None)));
+        assert_eq!(told(49.0), None);
+        assert_eq!(told(101.0), Some((ActKind::Resume, None)));
+    }
+
+    #[test]
+    fn a_pause_that_the_trainee_ended_is_not_told_again() {
+        let mut note = PauseNote::default();
+        assert!(!note.tells(0, true), "the trainee's own pause");
+        assert!(!note.tells(0, false));
+        assert!(!note.tells(1, false), "the picture is older than the act");
+        assert!(note.tells(1, true));
+        assert!(!note.tells(1, false), "the trainee went on");
+        assert!(!note.tells(1, true), "the trainee's own pause");
+        assert!(note.tells(2, true), "the instructor paused again");
+    }
+
+    #[test]
     fn a_trainee_is_told_of_a_remark_and_reads_it_later() {
-        let remark = |tells| ActsView::at(&acts(), 121.0, tells).notice;
-        assert_eq!(remark(false), Some((ActKind::Remark, None)));
+        let remark = |reader| ActsView::at(&acts(), 121.0, reader).notice;
+        assert_eq!(remark(ActsReader::Trainee), Some((ActKind::Remark, None)));
         let text = Some("Nearer.".to_owned());
-        assert_eq!(remark(true), Some((ActKind::Remark, text)));
+        for reader in [ActsReader::Instructor, ActsReader::Replay] {
+            assert_eq!(remark(reader), Some((ActKind::Remark, text.clone())));
+        }
     }
 }

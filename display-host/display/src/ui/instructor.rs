@@ -118,19 +118,22 @@ fn acts(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
         }
     });
     let id = Id::unique("remark");
-    let mut text: String = ui.data(|it| it.get_temp(id)).unwrap_or_default();
+    let kept: Option<(String, usize)> = ui.data(|it| it.get_temp(id));
+    let (mut text, saved) = kept.unwrap_or_default();
+    // A remark that was not saved stays in the field.
+    if saved != state.saved_remarks {
+        text.clear();
+    }
     let name = ui.label(words.say("observe-remark"));
-    let field = TextEdit::singleline(&mut text)
-        .char_limit(REMARK_BYTES)
-        .desired_width(f32::INFINITY);
+    let field = TextEdit::singleline(&mut text).desired_width(f32::INFINITY);
     let field = ui.add(field).labelled_by(name.id);
+    text.truncate(text.floor_char_boundary(REMARK_BYTES));
     let is_entered = field.lost_focus() && ui.input(|it| it.key_pressed(Key::Enter));
     let is_sent = ui.button(words.say("observe-send")).clicked() || is_entered;
     if let Some(act) = ActMsg::remark(&text).filter(|_| is_sent) {
         asked.push(Asked::Act(act));
-        text.clear();
     }
-    ui.data_mut(|it| it.insert_temp(id, text));
+    ui.data_mut(|it| it.insert_temp(id, (text, state.saved_remarks)));
     if let Some((answer, is_done)) = &state.act_answer {
         let mark = if *is_done { Mark::Good } else { Mark::Care };
         line(ui, mark, answer);

@@ -20,7 +20,8 @@ mod task;
 mod theme;
 mod widgets;
 
-pub use acts::ActsView;
+pub(crate) use acts::PauseNote;
+pub use acts::{ActsReader, ActsView};
 pub(crate) use arrow::towards_tip;
 pub use asked::{Asked, FreeView};
 pub use health::TickHealth;
@@ -78,6 +79,8 @@ pub struct UiState {
     pub act_mark: Option<glam::Vec2>,
     /// Answer of the station to this instructor's last act, and true if the act was carried out.
     pub act_answer: Option<(String, bool)>,
+    /// Number of remarks that the station has saved. Each empties the panel's field.
+    pub saved_remarks: usize,
     /// State of the connection to the controller.
     pub link: Link,
     /// The latest tools.

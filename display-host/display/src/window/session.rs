@@ -32,8 +32,8 @@ use crate::render::camera::Scope;
 use crate::sound::Sound;
 use crate::sound::synth::Heard;
 use crate::ui::{
-    ActsView, Link, Look, Overlay, RecordingView, ReplayView, Settings, TaskView, UiState,
-    towards_tip,
+    ActsView, Link, Look, Overlay, PauseNote, RecordingView, ReplayView, Settings, TaskView,
+    UiState, towards_tip,
 };
 use crate::words::Language;
 
@@ -68,8 +68,9 @@ pub(super) struct Session {
     task: Option<Arc<Mutex<TaskView>>>,
     /// Acts of instructors, as the station or a replay tells them.
     acts: Option<Arc<Mutex<ActsView>>>,
-    /// Sender of an instructor's acts to the station, and the acts sent so far. Each act has its
-    /// time, s.
+    /// The instructor's pause, as far as it was told.
+    pause_note: PauseNote,
+    /// An instructor's way to the station, and the acts that went it, with their times, s.
     desk: Option<(ActSender, Vec<(f64, ActMsg)>)>,
     /// Optics of the last picture.
     scope: Scope,
@@ -140,6 +141,7 @@ impl Session {
             sound,
             task,
             acts: None,
+            pause_note: PauseNote::default(),
             desk: None,
             scope: Scope::default(),
             fogs: 0,

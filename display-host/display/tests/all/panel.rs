@@ -585,12 +585,7 @@ fn an_instructor_acts_by_button_text_and_a_click_on_the_picture() {
         ..live()
     });
     panel.run();
-    for button in [
-        "Pause",
-        "Fog the lens",
-        "Start a bleeding",
-        "Let a clip slip",
-    ] {
+    for button in ["Pause", "Fog the lens", "Start bleeding", "Let a clip slip"] {
         panel.get_by_label(button).click();
         panel.run();
     }
@@ -623,6 +618,20 @@ fn an_instructor_acts_by_button_text_and_a_click_on_the_picture() {
     let remark = (ActKind::Remark, "Open the jaws, more".to_owned());
     assert_eq!(acts(&panel.state().asked), [remark]);
     panel.state_mut().asked.clear();
+    // It stays until the station has saved it.
+    let text = |panel: &Harness<'_, Seen>| {
+        let field = panel.get_by_role_and_label(Role::TextInput, "Remark for the debrief");
+        field.value().unwrap_or_default()
+    };
+    assert_eq!(text(&panel), "Open the jaws, more");
+    panel.state_mut().state.saved_remarks += 1;
+    panel.run();
+    assert_eq!(text(&panel), "");
+    let field = panel.get_by_role_and_label(Role::TextInput, "Remark for the debrief");
+    field.focus();
+    field.type_text(&"ä".repeat(100));
+    panel.run();
+    assert_eq!(text(&panel).len(), 176, "88 letters of two bytes");
     panel.get_by_label("Endoscope picture").click();
     panel.run();
     let [Asked::Point(at)] = panel.state().asked[..] else {
@@ -655,7 +664,7 @@ fn a_trainee_is_told_that_the_instructor_acts() {
     });
     panel.run();
     panel.get_by_label("Instructor");
-    panel.get_by_label("Started a bleeding");
+    panel.get_by_label("Made a vessel bleed");
 }
 
 #[test]

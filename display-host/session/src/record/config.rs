@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use shared_mem::message::ActMsg;
+use shared_mem::message::{ActMsg, EventMsg};
 use shared_mem::scene::SceneFile;
 
 use crate::course::Entry;
@@ -50,6 +50,15 @@ impl Acts {
     }
 }
 
+/// News of the session, sent when they are written.
+#[derive(Debug, Clone, Copy)]
+pub enum Heard {
+    /// An event.
+    Event(EventMsg),
+    /// The recording has reached this tick.
+    Tick(u64),
+}
+
 /// Target and content of a recording.
 pub struct Config {
     /// Path of the file; an existing one is replaced.
@@ -66,4 +75,6 @@ pub struct Config {
     pub acts: Acts,
     /// Channel into which each entry of the course is sent when it is written.
     pub course: Option<Sender<Entry>>,
+    /// Channel for whoever waits for an event.
+    pub hears: Option<Sender<Heard>>,
 }

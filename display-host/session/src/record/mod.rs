@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
-pub use self::config::{Acts, Config, Sight};
+pub use self::config::{Acts, Config, Heard, Sight};
 use self::listen::LOOK_EVERY;
 pub use self::listen::Listening;
 use self::write::{lock, write};

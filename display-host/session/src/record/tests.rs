@@ -40,6 +40,7 @@ fn config(path: PathBuf) -> Config {
         sight: Sight::default(),
         acts: Acts::default(),
         course: None,
+        hears: None,
     }
 }
 

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant, SystemTime};
 use bytemuck::Zeroable as _;
 use shared_mem::message::ToolFrame;
 
-use super::config::{Config, Sight};
+use super::config::{Config, Heard, Sight};
 use super::queue::{Item, Items};
 use crate::file::{Error, SessionFile};
 use crate::health::{Health, Recorded, Standing};
@@ -82,7 +82,12 @@ fn take_all(
     let mut refused = None;
     loop {
         match items.next() {
-            Ok(Item::Inputs(batch)) => file.inputs(&batch)?,
+            Ok(Item::Inputs(batch)) => {
+                file.inputs(&batch)?;
+                if let Some(newest) = batch.records().and_then(<[_]>::last) {
+                    tell_news(config, Heard::Tick(newest.tick));
+                }
+            }
             Ok(Item::Tools(tools, shown)) => {
                 let now = sight.now();
                 if seen != now.map(f32::to_bits) {
@@ -101,7 +106,10 @@ fn take_all(
                     file.seen(what, &newest)?;
                 }
             }
-            Ok(Item::Event(event)) => file.event(&event)?,
+            Ok(Item::Event(event)) => {
+                file.event(&event)?;
+                tell_news(config, Heard::Event(event));
+            }
             Ok(Item::Timing(batch)) => file.timing(&batch)?,
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => {
@@ -119,6 +127,11 @@ fn take_all(
             flushed = Instant::now();
         }
     }
+}
+
+fn tell_news(config: &Config, news: Heard) {
+    // Nobody may wait for them any more.
+    let _ = config.hears.as_ref().map(|it| it.send(news));
 }
 
 fn write_acts(config: &Config, file: &mut SessionFile, newest: &ToolFrame) -> Result<(), Error> {

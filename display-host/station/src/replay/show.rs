@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use display_host::headless::{self, HeadlessConfig, Observed};
-use display_host::ui::{ActsView, ReplayView};
+use display_host::ui::{ActsReader, ActsView, ReplayView};
 use display_host::window::{self, WindowConfig};
 use rt_process::replay::{Pace, Replay, Replayed, Shown, length_ns, show};
 use session::{EntryContent, Operation, Session};
@@ -214,7 +214,8 @@ impl Player<'_> {
         };
         let tell = |shown: Shown| {
             let found_s = self.length_ns.load(Relaxed) as f64 / 1e9;
-            *lock(self.acts) = ActsView::at(&lock(self.acts_of_session), shown.at_s, true);
+            *lock(self.acts) =
+                ActsView::at(&lock(self.acts_of_session), shown.at_s, ActsReader::Replay);
             *lock(self.view) = ReplayView {
                 at_s: shown.at_s,
                 length_s: shown.length_s.unwrap_or(found_s),

@@ -2,17 +2,17 @@
 //! recorded.
 
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::sync::mpsc::{self, Receiver};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
 use assess::Difficulty;
 use display_host::latency::now_ns;
-use display_host::ui::ActsView;
-use session::{Acts, Health, Standing};
-use shared_mem::message::{ActMsg, ActReply, CommandMsg, EventMsg, ReplyMsg};
-use shared_mem::service::{ActDesk, Commander, Station};
+use display_host::ui::{ActsReader, ActsView};
+use session::{Acts, Health, Heard, Standing};
+use shared_mem::message::{ActMsg, ActReply, CommandMsg, ReplyMsg};
+use shared_mem::service::{ACT_PATIENCE, ActDesk, Commander, ServiceError, Station};
 use shared_mem::words::{ActKind, EventKind};
 
 use crate::problem::Problem;
@@ -22,7 +22,18 @@ const LOOK_EVERY: Duration = Duration::from_millis(15);
 /// Longest wait for the controller's answer.
 const COMMAND_PATIENCE: Duration = Duration::from_millis(300);
 /// Longest wait for the event of a complication.
-const EVENT_PATIENCE: Duration = Duration::from_millis(400);
+const EVENT_PATIENCE: Duration = Duration::from_millis(800);
+/// Ticks after a complication within which its event reaches the recording.
+const EVENT_TICKS: u64 = 150;
+/// Largest number of acts in a session.
+const ACTS_MAX: usize = 5000;
+
+// An instructor waits until the desk has an answer.
+const _: () = {
+    let longest =
+        LOOK_EVERY.as_millis() + COMMAND_PATIENCE.as_millis() + EVENT_PATIENCE.as_millis();
+    assert!(longest < ACT_PATIENCE.as_millis());
+};
 
 /// Rules by which the station takes or refuses an act.
 #[derive(Debug, Clone, Default)]
@@ -73,12 +84,13 @@ pub(super) struct Desk {
 }
 
 impl Desk {
-    /// Begins to serve. The desk notes acts in `acts`, and hears of complications by `events`.
+    /// Begins to serve. The desk notes acts in `acts`, and hears of complications by `news` of the
+    /// recording.
     pub(super) fn begin(
         station: &Station,
         terms: Terms,
         acts: Acts,
-        events: Receiver<EventMsg>,
+        news: Receiver<Heard>,
     ) -> Result<Self, Problem> {
         let (view, stop) = (
             Arc::<Mutex<ActsView>>::default(),
@@ -106,17 +118,20 @@ impl Desk {
                     controller,
                     terms,
                     acts,
-                    events,
+                    news,
                     began: Instant::now(),
                     done: Vec::new(),
                 };
                 while !stopped.load(Relaxed) {
-                    while let Some(request) = desk.next_request() {
+                    while !stopped.load(Relaxed)
+                        && let Some(request) = desk.next_request()
+                    {
                         let outcome = work.take(&request.act());
                         request.reply(outcome);
                     }
+                    work.forget_news();
                     let now_s = work.began.elapsed().as_secs_f64();
-                    let view = ActsView::at(&work.done, now_s, false);
+                    let view = ActsView::at(&work.done, now_s, ActsReader::Trainee);
                     *shown.lock().unwrap_or_else(PoisonError::into_inner) = view;
                     std::thread::sleep(LOOK_EVERY);
                 }
@@ -142,16 +157,11 @@ impl Drop for Desk {
     }
 }
 
-/// True if the desk has to hear of this event.
-pub(super) fn concerns(event: &EventMsg) -> bool {
-    event.is(EventKind::Opened) || event.is(EventKind::Unclipped)
-}
-
 struct Work {
     controller: Commander,
     terms: Terms,
     acts: Acts,
-    events: Receiver<EventMsg>,
+    news: Receiver<Heard>,
     began: Instant,
     /// Acts so far, with their times, s.
     done: Vec<(f64, ActMsg)>,
@@ -160,43 +170,63 @@ struct Work {
 impl Work {
     /// Carries the act out, or refuses it. Returns the outcome as [`ActReply`] numbers it.
     fn take(&mut self, act: &ActMsg) -> u32 {
-        let outcome = self.terms.refuse(act).and_then(|kind| self.carry_out(kind));
-        match outcome {
-            Ok(()) => {
-                self.acts.note(now_ns(), *act);
-                self.done.push((self.began.elapsed().as_secs_f64(), *act));
-                ActReply::DONE
-            }
+        let outcome = match self.terms.refuse(act) {
+            Ok(_) if self.done.len() >= ACTS_MAX => ActReply::FULL,
+            Ok(kind) => self.carry_out(kind),
             Err(refusal) => refusal,
+        };
+        if ActReply::is_recorded(outcome) {
+            self.acts.note(now_ns(), *act);
+            self.done.push((self.began.elapsed().as_secs_f64(), *act));
         }
+        outcome
     }
 
-    fn carry_out(&self, kind: ActKind) -> Result<(), u32> {
-        match kind {
-            ActKind::Point | ActKind::Remark | ActKind::Fog => Ok(()),
-            ActKind::Pause => self.command(CommandMsg::PAUSE, 1),
-            ActKind::Resume => self.command(CommandMsg::PAUSE, 0),
-            ActKind::Bleeding | ActKind::SlippedClip => {
-                let number = kind.complication().ok_or(ActReply::UNKNOWN)?.number();
-                while self.events.try_recv().is_ok() {}
-                self.command(CommandMsg::COMPLICATION, number)?;
-                // Without an event, nothing went wrong.
-                match self.events.recv_timeout(EVENT_PATIENCE) {
-                    Ok(_) => Ok(()),
-                    Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {
-                        Err(ActReply::NOTHING)
-                    }
-                }
-            }
-        }
-    }
-
-    fn command(&self, kind: u32, argument: u32) -> Result<(), u32> {
+    fn carry_out(&self, kind: ActKind) -> u32 {
+        let (command, event) = match kind {
+            ActKind::Point | ActKind::Remark | ActKind::Fog => return ActReply::DONE,
+            ActKind::Pause => ((CommandMsg::PAUSE, 1), None),
+            ActKind::Resume => ((CommandMsg::PAUSE, 0), None),
+            ActKind::Bleeding => (complication(kind), Some(EventKind::Opened)),
+            ActKind::SlippedClip => (complication(kind), Some(EventKind::Unclipped)),
+        };
+        self.forget_news();
+        let (kind, argument) = command;
         let command = CommandMsg { kind, argument };
         let reply = self.controller.command(command, COMMAND_PATIENCE);
-        match reply.map(|it| it.outcome) {
-            Ok(ReplyMsg::DONE) => Ok(()),
-            _ => Err(ActReply::SILENT),
+        match (reply.map(|it| (it.outcome, it.tick)), event) {
+            (Ok((ReplyMsg::DONE, _)), None) => ActReply::DONE,
+            (Ok((ReplyMsg::DONE, tick)), Some(event)) => happened(&self.news, event, tick),
+            // The controller may still do what it was asked for. A second time does harm.
+            (Err(ServiceError::NoAnswer { .. }), Some(_)) => ActReply::UNCERTAIN,
+            _ => ActReply::SILENT,
+        }
+    }
+
+    fn forget_news(&self) {
+        while self.news.try_recv().is_ok() {}
+    }
+}
+
+/// Command for a complication, and its argument.
+fn complication(kind: ActKind) -> (u32, u32) {
+    let number = kind.complication().map_or(u32::MAX, |it| it.number());
+    (CommandMsg::COMPLICATION, number)
+}
+
+/// Outcome of a complication that the controller took in this tick: the event that it raises tells.
+fn happened(news: &Receiver<Heard>, kind: EventKind, tick: u64) -> u32 {
+    let began = Instant::now();
+    loop {
+        let left = EVENT_PATIENCE.saturating_sub(began.elapsed());
+        match news.recv_timeout(left) {
+            Ok(Heard::Event(event)) if event.is(kind) && event.tick >= tick => {
+                return ActReply::DONE;
+            }
+            // Its event would have come by now.
+            Ok(Heard::Tick(newest)) if newest > tick + EVENT_TICKS => return ActReply::NOTHING,
+            Ok(_) if !left.is_zero() => {}
+            _ => return ActReply::UNCERTAIN,
         }
     }
 }
@@ -204,12 +234,41 @@ impl Work {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bytemuck::Zeroable as _;
+    use shared_mem::message::EventMsg;
 
     fn recording(standing: Standing) -> Option<Arc<Mutex<Health>>> {
         Some(Arc::new(Mutex::new(Health {
             standing,
             ..Health::default()
         })))
+    }
+
+    #[test]
+    fn only_the_event_of_a_complication_tells_that_it_happened() {
+        let event = |kind: EventKind, tick| {
+            Heard::Event(EventMsg {
+                tick,
+                kind: kind.number(),
+                ..EventMsg::zeroed()
+            })
+        };
+        let earlier = event(EventKind::Opened, 99);
+        let other = event(EventKind::Unclipped, 100);
+        let it = event(EventKind::Opened, 100);
+        let (soon, late) = (
+            Heard::Tick(100 + EVENT_TICKS),
+            Heard::Tick(101 + EVENT_TICKS),
+        );
+        for (news, outcome) in [
+            (vec![earlier, other, soon, it], ActReply::DONE),
+            (vec![earlier, other, soon, late], ActReply::NOTHING),
+            (vec![earlier, other, soon], ActReply::UNCERTAIN),
+        ] {
+            let (hear, heard) = mpsc::channel();
+            news.iter().for_each(|it| hear.send(*it).unwrap());
+            assert_eq!(happened(&heard, EventKind::Opened, 100), outcome);
+        }
     }
 
     #[test]

@@ -13,7 +13,6 @@ use session::{Recorded, Recording};
 use shared_mem::scene::SceneFile;
 
 use super::args::RunArgs;
-use super::desk;
 use super::start::Started;
 use crate::args::LanguageName;
 use crate::folder::Folder;
@@ -89,7 +88,6 @@ impl<'a> Started<'a> {
 
     fn display(&self, recorder: &Arc<Mutex<Recorder>>) -> Result<RunOutcome, DisplayError> {
         let mut said = Instant::now();
-        let hear = self.desk.as_ref().map(|(_, hear)| hear.clone());
         let (recorder, sight, over) = (
             recorder.clone(),
             self.sight.clone(),
@@ -105,10 +103,6 @@ impl<'a> Started<'a> {
                 Observed::Scope(rad) => sight.tell(*rad),
                 // The controller ends while the last pictures are drawn.
                 Observed::Over => over.store(true, Ordering::Relaxed),
-                Observed::Event(event) if desk::concerns(event) => {
-                    // Without a desk nobody waits for it.
-                    let _ = hear.as_ref().map(|it| it.send(**event));
-                }
                 _ => {}
             }
             lock(&recorder).observe(&observed);
@@ -153,7 +147,7 @@ impl<'a> Started<'a> {
             task: self.live.as_ref().map(|task| task.view.clone()),
             pictures: self.out.clone(),
             instructor: false,
-            acts: self.desk.as_ref().map(|(desk, _)| desk.view.clone()),
+            acts: self.desk.as_ref().map(|desk| desk.view.clone()),
             replay: None,
             recording: self.recording.as_ref().map(Recording::health),
             patch: None,

@@ -3,11 +3,10 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::sync::mpsc::{self, Sender};
+use std::sync::mpsc;
 
 use display_host::report::DeviceSummary;
 use session::{Acts, Listening, Recording, Sight};
-use shared_mem::message::EventMsg;
 use shared_mem::scene::SceneFile;
 use shared_mem::service::Station;
 
@@ -38,7 +37,7 @@ pub(super) struct Started<'a> {
     /// Passes the viewing angle of the endoscope to the recording.
     pub(super) sight: Sight,
     /// Answers instructors; `None` with `--attach`, where the station's own run does.
-    pub(super) desk: Option<(Desk, Sender<EventMsg>)>,
+    pub(super) desk: Option<Desk>,
     pub(super) watch: Watch,
     /// Warnings about the controller, for the summary.
     pub(super) warnings: Vec<String>,
@@ -89,6 +88,7 @@ impl<'a> Planned<'a> {
         let live = assigned.map(|it| it.begin(&SceneFile::open(&scene)?, &station));
         let (live, course) = live.transpose()?.unzip();
         let (sight, acts) = (Sight::default(), Acts::default());
+        let (hears, news) = mpsc::channel();
         let recording = match listening {
             Some((path, listening)) => Some(listening.record(session::Config {
                 path,
@@ -98,14 +98,14 @@ impl<'a> Planned<'a> {
                 sight: sight.clone(),
                 acts: acts.clone(),
                 course,
+                hears: Some(hears),
             })?),
             None => None,
         };
-        let (hear, events) = mpsc::channel();
         let terms = Terms::new(difficulty, recording.as_ref().map(Recording::health));
         let desk = match args.attach {
             true => None,
-            false => Some((Desk::begin(&station, terms, acts, events)?, hear)),
+            false => Some(Desk::begin(&station, terms, acts, news)?),
         };
         let watch = Watch::begin(children, stop.clone());
         if let Some(begins) = begins

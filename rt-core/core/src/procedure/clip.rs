@@ -54,7 +54,10 @@ impl Clip {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Clips {
     clips: Vec<Clip, MAX_CLIPPED>,
+    /// Number of clips that closed so far, and number of the next one.
     used: u32,
+    /// Number of them that slipped off, and are in the applier again.
+    returned: u32,
 }
 
 impl Clips {
@@ -65,7 +68,9 @@ impl Clips {
 
     /// Number of clips left in the applier.
     pub(crate) const fn remaining(&self) -> u32 {
-        CLIPS.saturating_sub(self.used)
+        CLIPS
+            .saturating_add(self.returned)
+            .saturating_sub(self.used)
     }
 
     /// Organs with a tube between closing jaws. The applier grasps only these organs. It grasps
@@ -150,8 +155,9 @@ impl Clips {
         }
     }
 
-    /// Takes the newest clip off every tube that it closes. `slipped` receives each tube's organ,
-    /// the clip's place, world frame, m, and its number. Nothing happens without a clip.
+    /// Takes the newest clip off every tube that it closes, and gives the applier one back.
+    /// `slipped` receives each tube's organ, the clip's place, world frame, m, and its number.
+    /// Nothing happens without a clip.
     pub(crate) fn slip(&mut self, bodies: &mut Bodies, mut slipped: impl FnMut(u8, Vec3, u32)) {
         let Some(number) = self.clips.iter().map(|clip| clip.number).max() else {
             return;
@@ -162,6 +168,7 @@ impl Clips {
             slipped(*bodies.organ.at(sphere), clip.at_m(bodies), number);
         }
         self.clips.retain(|clip| clip.number != number);
+        self.returned = self.returned.saturating_add(1);
     }
 
     /// Share of a link's lumen that clips leave open.

@@ -22,7 +22,7 @@ impl Sim<'_> {
     }
 
     /// Opens the artery of the gallbladder where it stands under pressure. If it does not, as after
-    /// it was clipped, nothing happens.
+    /// it was clipped, or if it is open there, nothing happens.
     fn open_artery(&mut self) {
         let scene = self.scene;
         for (organ, it) in (0u8..).zip(scene.organs) {
@@ -39,6 +39,9 @@ impl Sim<'_> {
                 let sphere = u32::from(segment.a);
                 if !self.is_fed(sphere) {
                     continue;
+                }
+                if self.state.vessels.has_hole(sphere) {
+                    return;
                 }
                 let radius_m = scene
                     .spheres

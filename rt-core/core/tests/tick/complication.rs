@@ -46,6 +46,13 @@ fn the_artery_bleeds_from_a_hole_where_blood_reaches_it() {
 }
 
 #[test]
+fn an_artery_that_is_open_is_not_opened_again_at_the_same_place() {
+    let bench = complicated(Task::Clamp, &[Complication::Bleeding; 3]);
+    assert_eq!(of_kind(&bench, EventKind::Opened).len(), 1);
+    assert_eq!(of_kind(&bench, EventKind::Leak).len(), 1);
+}
+
+#[test]
 fn an_artery_that_clips_close_bleeds_only_on_the_side_of_the_blood() {
     let bench = complicated(Task::Cut, &[Complication::Bleeding]);
     let opened = of_kind(&bench, EventKind::Opened);
@@ -64,7 +71,11 @@ fn the_newest_clip_slips_off_and_a_vessel_that_only_it_closed_bleeds() {
     let numbers = of_kind(&bench, EventKind::Unclipped);
     let numbers: Vec<f32> = numbers.iter().map(|it| it.0).collect();
     assert_eq!(numbers, [2.0, 1.0, 0.0], "the fourth finds no clip");
-    assert_eq!((bench.clips.len(), bench.clips_left), (0, 9));
+    assert_eq!(
+        (bench.clips.len(), bench.clips_left),
+        (0, 12),
+        "the applier got them back"
+    );
     let leaks = of_kind(&bench, EventKind::Leak);
     assert!(leaks.iter().any(|it| it.0 > 0.99), "{leaks:?}");
 }

@@ -1,21 +1,19 @@
 //! Acts of instructors. The station's window shows them, and an instructor's window asks for them.
 
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
 
 use glam::{Vec2, Vec3};
-use shared_mem::message::{ActMsg, ActReply, StateFrame, ToolFrame};
+use shared_mem::message::{ActMsg, ActReply, SphereState, StateFrame, ToolFrame};
 use shared_mem::scene::SceneFile;
+use shared_mem::service::ACT_PATIENCE;
 use shared_mem::words::ActKind;
 
 use super::Session;
 use crate::render::camera::Scope;
-use crate::ui::ActsView;
+use crate::ui::{ActsReader, ActsView};
 use crate::words::Words;
 
-/// Longest wait for the station's answer. The instructor's picture waits as well.
-const PATIENCE: Duration = Duration::from_millis(900);
-/// Distance of a mark from the endoscope's lens if no tissue lies at its place in the picture, m.
+/// Distance of a mark behind which nothing lies, from the endoscope's lens, m.
 const NOWHERE_M: f32 = 0.08;
 
 impl Session {
@@ -31,12 +29,15 @@ impl Session {
             self.ui.acts = acts.lock().unwrap_or_else(PoisonError::into_inner).clone();
         } else if let Some((_, done)) = &self.desk {
             let now_s = self.start.elapsed().as_secs_f64();
-            self.ui.acts = ActsView::at(done, now_s, true);
+            self.ui.acts = ActsView::at(done, now_s, ActsReader::Instructor);
         }
-        // The person at the station may have gone on.
-        let paused = self.ui.is_paused();
-        let is_over = |notice: &mut (ActKind, _)| notice.0 == ActKind::Pause && !paused;
-        self.ui.acts.notice.take_if(is_over);
+        // The person at the station may have gone on. In a replay, the pause is the viewer's.
+        if self.replay.is_none() {
+            let paused = self.ui.is_paused();
+            let lasts = self.pause_note.tells(self.ui.acts.pauses, paused);
+            let is_over = |notice: &mut (ActKind, _)| notice.0 == ActKind::Pause && !lasts;
+            self.ui.acts.notice.take_if(is_over);
+        }
     }
 
     /// True if an instructor fogged the lens since the last call.
@@ -68,17 +69,20 @@ impl Session {
         let Some((sender, done)) = &mut self.desk else {
             return;
         };
-        let outcome = sender.ask(act, PATIENCE).ok();
-        if outcome == Some(ActReply::DONE) {
+        // The instructor's picture waits as well.
+        let outcome = sender.ask(act, ACT_PATIENCE).ok();
+        if outcome.is_some_and(ActReply::is_recorded) {
             done.push((self.start.elapsed().as_secs_f64(), act));
+            let is_remark = act.kind() == Ok(ActKind::Remark);
+            self.ui.saved_remarks += usize::from(is_remark);
         }
         let text = answer(&self.ui.words, outcome);
         self.ui.act_answer = Some((text, outcome == Some(ActReply::DONE)));
     }
 }
 
-/// Point of the nearest sphere that appears at a place of the picture, world frame, m. `None`
-/// outside the endoscope's circle.
+/// Place of the nearest sphere under a place of the picture, world frame, m. Spheres of removed
+/// tissue do not count. `None` outside the endoscope's circle.
 fn found(
     (state, tools): (&StateFrame, &ToolFrame),
     scene: &SceneFile,
@@ -89,7 +93,8 @@ fn found(
     let eye = world_from_view.transform_point3(Vec3::ZERO);
     let along = world_from_view.transform_vector3(scope.direction(at)?);
     let spheres = state.spheres().unwrap_or(&[]).iter().zip(scene.spheres());
-    let hits = spheres.filter_map(|(now, rest)| {
+    let is_there = |it: &(&SphereState, _)| it.0.bits & SphereState::GONE == 0;
+    let hits = spheres.filter(is_there).filter_map(|(now, rest)| {
         let to = Vec3::from(now.center_m) - eye;
         let near_m = to.dot(along);
         let off2 = to.length_squared() - near_m * near_m;
@@ -108,6 +113,8 @@ fn answer(words: &Words, outcome: Option<u32>) -> String {
         Some(ActReply::NOTHING) => "act-refused-nothing",
         Some(ActReply::UNRECORDED) => "act-refused-unrecorded",
         Some(ActReply::SILENT) => "act-refused-silent",
+        Some(ActReply::UNCERTAIN) => "act-uncertain",
+        Some(ActReply::FULL) => "act-refused-full",
         Some(_) => "act-refused-unknown",
         None => "act-refused-nobody",
     })
@@ -120,7 +127,7 @@ mod tests {
 
     #[test]
     fn every_answer_is_said_in_every_language() {
-        let outcomes = (0..=ActReply::SILENT + 1).map(Some).chain([None]);
+        let outcomes = (0..=ActReply::FULL + 1).map(Some).chain([None]);
         let (english, german) = (Words::default(), Words::new(Language::German));
         for outcome in outcomes {
             let said = [&english, &german].map(|words| answer(words, outcome));

@@ -1,18 +1,23 @@
 //! ffmpeg, which makes a film of raw pictures.
 
-use std::ffi::OsStr;
-use std::io::{ErrorKind, Read as _, Write as _};
+use std::ffi::{OsStr, OsString};
+use std::io::{BufRead as _, BufReader, ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, Command, Stdio};
+use std::process::{Child, ChildStderr, ChildStdin, Command, Stdio};
+use std::thread::JoinHandle;
 
 use crate::problem::Problem;
 
-/// A running encoder.
+/// A running encoder. It writes into a file beside the film's, which gets the film's name at the
+/// end, or is removed.
 #[derive(Debug)]
 pub(super) struct Encoder {
     child: Child,
     pictures: Option<ChildStdin>,
+    /// Thread that waits for the last line that ffmpeg says.
+    said: Option<JoinHandle<String>>,
     path: PathBuf,
+    partial: PathBuf,
 }
 
 impl Encoder {
@@ -30,6 +35,7 @@ impl Encoder {
         if width % 2 + height % 2 > 0 {
             return Err(format!("--size {width}x{height}: a film needs even sides").into());
         }
+        let partial = partial_of(path);
         let mut command = Command::new(program);
         command
             .args([
@@ -61,14 +67,7 @@ impl Encoder {
                 "+bitexact",
             ])
             .args(["-pix_fmt", "yuv420p"])
-            .arg(path.file_name().map_or_else(
-                || path.into(),
-                |it| {
-                    // A name that begins with a dash is no option.
-                    let folder = path.parent().filter(|it| !it.as_os_str().is_empty());
-                    folder.unwrap_or(Path::new(".")).join(it)
-                },
-            ))
+            .arg(&partial)
             .stdin(Stdio::piped())
             .stdout(Stdio::null())
             .stderr(Stdio::piped());
@@ -80,8 +79,10 @@ impl Encoder {
         })?;
         Ok(Self {
             pictures: child.stdin.take(),
+            said: child.stderr.take().map(last_line),
             child,
             path: path.to_owned(),
+            partial,
         })
     }
 
@@ -96,8 +97,8 @@ impl Encoder {
         }
     }
 
-    /// Ends the film.
-    pub(super) fn end(mut self) -> Result<(), Problem> {
+    /// Ends the film. [`Encoder::keep`] gives it its name.
+    pub(super) fn end(&mut self) -> Result<(), Problem> {
         self.pictures = None;
         let status = self.child.wait();
         match status.is_ok_and(|it| it.success()) {
@@ -106,14 +107,18 @@ impl Encoder {
         }
     }
 
+    /// Gives the ended film its name.
+    pub(super) fn keep(self) -> Result<(), Problem> {
+        let named = std::fs::rename(&self.partial, &self.path);
+        named.map_err(|error| format!("{}: cannot name the film: {error}", self.path.display()))?;
+        Ok(())
+    }
+
     fn problem(&mut self) -> Problem {
         self.pictures = None;
-        let mut said = String::new();
-        if let Some(mut errors) = self.child.stderr.take() {
-            let _ = errors.read_to_string(&mut said);
-        }
         let _ = self.child.wait();
-        let said = session::printable(said.lines().last().unwrap_or("no reason given"));
+        let said = self.said.take().and_then(|it| it.join().ok());
+        let said = session::printable(said.as_deref().unwrap_or("no reason given"));
         format!(
             "{}: ffmpeg failed: {said}; name another file, e.g. film.mp4 or film.mkv",
             self.path.display()
@@ -125,8 +130,33 @@ impl Encoder {
 impl Drop for Encoder {
     fn drop(&mut self) {
         self.pictures = None;
+        // After the film's end there is nothing to kill, and no file under this name.
+        let _ = self.child.kill();
         let _ = self.child.wait();
+        let _ = std::fs::remove_file(&self.partial);
     }
+}
+
+/// File beside the film's in which it grows. Its ending names the same format, and it begins with
+/// no dash, which would be an option.
+fn partial_of(path: &Path) -> PathBuf {
+    let folder = path.parent().filter(|it| !it.as_os_str().is_empty());
+    let mut name = OsString::from(format!(".part-{}-", std::process::id()));
+    name.push(path.file_name().unwrap_or_default());
+    folder.unwrap_or(Path::new(".")).join(name)
+}
+
+/// Reads what ffmpeg says, so that it never waits for a reader. Returns its last line.
+fn last_line(errors: ChildStderr) -> JoinHandle<String> {
+    std::thread::spawn(move || {
+        let mut last = String::from("no reason given");
+        for line in BufReader::new(errors).split(b'\n').map_while(Result::ok) {
+            if !line.is_empty() {
+                last = String::from_utf8_lossy(&line).into_owned();
+            }
+        }
+        last
+    })
 }
 
 #[cfg(test)]
@@ -146,21 +176,71 @@ mod tests {
         );
     }
 
-    #[test]
-    fn an_encoder_that_gives_up_says_why() {
-        // Ends at once, as ffmpeg does when it does not know a format.
-        let folder = tempfile::tempdir().unwrap();
-        let program = folder.path().join("ffmpeg");
-        let script = "#!/bin/sh\necho 'no such format' >&2\nexit 1\n";
+    /// A program that does this instead of ffmpeg. Its last argument is the file to write.
+    fn program(folder: &Path, script: &str) -> PathBuf {
+        let program = folder.join("ffmpeg");
+        let script = format!("#!/bin/bash\nfile=\"${{@: -1}}\"\n{script}\n");
         std::fs::write(&program, script).unwrap();
         let mode = std::os::unix::fs::PermissionsExt::from_mode(0o755);
         std::fs::set_permissions(&program, mode).unwrap();
-        let path = folder.path().join("film.xyz");
-        let encoder = Encoder::begin_as(program.as_os_str(), &path, [64, 64], 25).unwrap();
+        program
+    }
+
+    /// Names of the files in a folder, without the program.
+    fn files(folder: &Path) -> Vec<OsString> {
+        let all = std::fs::read_dir(folder).unwrap();
+        let names = all.map(|it| it.unwrap().file_name());
+        names.filter(|it| it != "ffmpeg").collect()
+    }
+
+    fn begun(folder: &Path, script: &str) -> Encoder {
+        let program = program(folder, script);
+        Encoder::begin_as(program.as_os_str(), &folder.join("film.mkv"), [64, 64], 25).unwrap()
+    }
+
+    #[test]
+    fn an_encoder_that_gives_up_says_why_and_leaves_nothing() {
+        // Ends at once, as ffmpeg does when it does not know a format. It says more than a pipe
+        // holds.
+        let folder = tempfile::tempdir().unwrap();
+        let script = "echo half > \"$file\"; seq 20000 >&2; echo 'no such format' >&2; exit 1";
+        let mut encoder = begun(folder.path(), script);
         let said = encoder.end().expect_err("it gave up").to_string();
         assert!(
             said.contains("ffmpeg failed: no such format; name another file"),
             "{said}"
         );
+        drop(encoder);
+        assert_eq!(files(folder.path()), Vec::<OsString>::new());
+    }
+
+    #[test]
+    fn only_a_kept_film_gets_its_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut encoder = begun(folder.path(), "cat > \"$file\"");
+        encoder.push(b"picture").unwrap();
+        encoder.end().unwrap();
+        assert!(!folder.path().join("film.mkv").exists());
+        encoder.keep().unwrap();
+        assert_eq!(files(folder.path()), ["film.mkv"]);
+        let film = std::fs::read(folder.path().join("film.mkv")).unwrap();
+        assert_eq!(film, b"picture");
+    }
+
+    #[test]
+    fn an_encoder_that_is_not_needed_any_more_is_ended() {
+        let folder = tempfile::tempdir().unwrap();
+        let encoder = begun(folder.path(), "echo half > \"$file\"; exec sleep 600");
+        drop(encoder);
+        assert_eq!(files(folder.path()), Vec::<OsString>::new());
+    }
+
+    #[test]
+    fn a_film_that_cannot_be_named_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut encoder = begun(folder.path(), "cat > /dev/null");
+        encoder.end().unwrap();
+        let said = encoder.keep().expect_err("no file").to_string();
+        assert!(said.contains("film.mkv: cannot name the film:"), "{said}");
     }
 }

@@ -32,7 +32,7 @@ pub(super) struct Side {
     cvs: Option<Cvs>,
     outcome: String,
     score: f64,
-    /// Acts of instructors.
+    /// Acts of instructors, without the texts of remarks.
     acts: Vec<Act>,
 }
 
@@ -131,7 +131,15 @@ impl Truth {
             cvs: assessed.cvs,
             outcome: assessed.outcome.name().to_owned(),
             score: assessed.score,
-            acts: assessed.acts,
+            acts: assessed.acts.into_iter().map(without_text).collect(),
         }
+    }
+}
+
+/// The act without its text, which may name persons.
+fn without_text(act: Act) -> Act {
+    Act {
+        remark: None,
+        ..act
     }
 }

@@ -120,6 +120,13 @@ impl Vessels {
         self.mark_changed();
     }
 
+    /// True if the wall has a hole at this sphere.
+    pub(crate) fn has_hole(&self, sphere: u32) -> bool {
+        let is_hole =
+            |it: &Hole| matches!(it.opening, Opening::Wall { sphere: at, .. } if at == sphere);
+        self.holes.iter().any(is_hole)
+    }
+
     /// Pressure at this sphere, as a share of the full pressure.
     pub(crate) fn pressure(&self, sphere: u32) -> f32 {
         *self.pressure.at(sphere)
