@@ -150,7 +150,7 @@ impl Effects {
     }
 
     /// Advances the effects by `seconds`, of which at most `FLOWS_MAX_S` count. Blood and bile flow
-    /// all this time. All else advances only in the last [`CATCH_UP`] steps.
+    /// all this time. All else advances only in the last `CATCH_UP` steps.
     pub fn advance(&mut self, seconds: f32, skin: &Skin<'_>) {
         let seconds = if seconds.is_finite() { seconds } else { 0.0 };
         self.left_s += seconds.clamp(0.0, FLOWS_MAX_S);
