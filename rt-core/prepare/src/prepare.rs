@@ -503,6 +503,7 @@ fn figures(plan: &OrganPlan, skin: &Skin, organ: &Organ, held: &[bool]) -> Organ
         held: held.iter().filter(|held| **held).count(),
         attached: 0,
         cells: None,
+        is_tube: matches!(plan.packing, Packing::Line),
         springs: organ.links.len(),
         tetrahedra: organ.tets.len(),
         tetra_shape_min: worst_shape(organ),
