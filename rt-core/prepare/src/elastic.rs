@@ -9,15 +9,18 @@ use crate::recipe::Material;
 use crate::tetra::Tetra;
 
 /// One control period, s.
-const TICK_S: f64 = 0.001;
+pub(crate) const TICK_S: f64 = 0.001;
 /// Stiffness number `E dt² / (ρ h²)` of a substep that the chosen number of substeps keeps, except
 /// in tubes. Up to it, one pass over links gives the material's stiffness within 3 % even if they
 /// keep no impulses. An organ that would need more than [`SUBSTEPS_MAX`] substeps exceeds it.
 pub(crate) const STIFFNESS_NUMBER_MAX: f64 = 0.2;
 /// The same for tubes, whose links keep their impulses and have their material's stiffness while
 /// the stiffness of a sphere's links times `dt²` over its mass is at most 4 (`rt_core`'s warm
-/// start). In an even tube this is 1.25 times the stiffness number.
+/// start). In a tube this is [`LINKS_OF_A_SPHERE`] times the stiffness number.
 pub(crate) const TUBE_STIFFNESS_NUMBER_MAX: f64 = 3.0;
+/// Stiffness of the links of a sphere in an even tube, in `E A / s`, with the spacing `s`: half of it
+/// for each of two short links, an eighth for each of two long ones.
+pub(crate) const LINKS_OF_A_SPHERE: f64 = 1.25;
 /// Preparation warns of an organ with tetrahedra whose stiffness number is larger. Tetrahedra have
 /// their material's stiffness at any number. The larger the number, the less compression they bear
 /// before they may invert: a cube at 0.3 can be squeezed to 30 % of its height, a cube at 0.6 to
@@ -36,7 +39,7 @@ pub(crate) struct Elastic {
     pub(crate) links: Vec<([u32; 2], f64)>,
     /// Number of links that carry load.
     pub(crate) count: usize,
-    /// Substeps in a tick.
+    /// Substeps in a tick. Tubes get theirs from `inertia`.
     pub(crate) substeps: u32,
     /// Stiffness number of a substep.
     pub(crate) stiffness_number: f64,
@@ -92,11 +95,7 @@ pub(crate) fn elastic(
     };
     let number =
         material.young_pa * TICK_S * TICK_S / (material.density_kg_m3 * spacing_m * spacing_m);
-    let number_max = match steps {
-        [] => STIFFNESS_NUMBER_MAX,
-        _ => TUBE_STIFFNESS_NUMBER_MAX,
-    };
-    let substeps = substeps(number, number_max);
+    let substeps = substeps(number);
     // A solver walks either the links that carry load or all links. So the links that carry load
     // and the others are ordered separately.
     let ordered = [&bearing, &others].map(|part| {
@@ -139,10 +138,10 @@ fn widening(balls: &[Ball], steps: &[[u32; 2]], volume_m3: f64) -> f64 {
 }
 
 /// Number of substeps for the stiffness number of a whole tick: the square root of this number over
-/// the largest one of a substep, rounded up to a power of two, at most [`SUBSTEPS_MAX`]. With powers of
+/// [`STIFFNESS_NUMBER_MAX`], rounded up to a power of two, at most [`SUBSTEPS_MAX`]. With powers of
 /// two, the substeps of organs that are attached to each other end at the same times.
-fn substeps(stiffness_number: f64, number_max: f64) -> u32 {
-    let steps = (stiffness_number / number_max).sqrt().ceil();
+fn substeps(stiffness_number: f64) -> u32 {
+    let steps = (stiffness_number / STIFFNESS_NUMBER_MAX).sqrt().ceil();
     (steps as u32).clamp(1, SUBSTEPS_MAX).next_power_of_two()
 }
 
@@ -159,12 +158,12 @@ mod tests {
 
     #[test]
     fn one_step_while_soft_and_more_as_it_gets_stiff() {
-        assert_eq!(substeps(0.0, 0.2), 1);
-        assert_eq!(substeps(0.2, 0.2), 1);
-        assert_eq!(substeps(0.21, 0.2), 2);
-        assert_eq!(substeps(1.7, 0.2), 4);
-        assert_eq!(substeps(3.0, 0.2), 4);
-        assert_eq!(substeps(1e9, 0.2), SUBSTEPS_MAX);
+        assert_eq!(substeps(0.0), 1);
+        assert_eq!(substeps(0.2), 1);
+        assert_eq!(substeps(0.21), 2);
+        assert_eq!(substeps(1.7), 4);
+        assert_eq!(substeps(3.0), 4);
+        assert_eq!(substeps(1e9), SUBSTEPS_MAX);
     }
 
     /// A straight tube of 10 cm is stretched by a uniform strain `ε`. A cross-section in the middle

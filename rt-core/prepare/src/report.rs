@@ -110,6 +110,9 @@ pub struct OrganReport {
     pub cells: Option<Filling>,
     /// True for a tube: spheres in a row, and links along it.
     pub is_tube: bool,
+    /// Mass of a tube's free spheres, as a multiple of their own: a tube gets inertia, and no weight,
+    /// so that it needs fewer substeps. 1 for other organs.
+    pub mass_growth: f64,
     /// Links.
     pub springs: usize,
     /// Tetrahedra between sphere centres. Tissue outside all of them counts to the nearest.
