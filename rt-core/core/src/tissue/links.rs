@@ -27,7 +27,8 @@ struct OrganLinks<'a> {
     rest_length_share: f32,
 }
 
-/// Projects the elastic links of these organs. The links of each organ keep their order. Links that
+/// Projects the elastic links of these organs. In organs without tetrahedra the links begin with
+/// their last impulses, and see those of attachments, contacts and grip. The links of each organ keep their order. Links that
 /// share a sphere depend on each other, and in a thin tube neighbours in the list do. So the organs
 /// take turns, link by link, and the processor can work on several links at a time.
 pub(crate) fn project(scene: &Scene<'_>, organs: impl Iterator<Item = u8>, bodies: &mut Bodies) {
