@@ -4,6 +4,7 @@ use crate::math;
 use crate::tissue::Node;
 use crate::tissue::lanes::Lanes;
 use crate::tissue::per_sphere::PerSphere;
+use crate::tissue::warm_start::KEPT_LENGTHS;
 
 /// Elastic parameters of a link in one substep.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -111,7 +112,10 @@ impl Bar {
         let now = difference.scaled(push_m_kg / length_m.max(1.0e-9));
         let change = now - impulse.scaled(kept_share);
         *last_length_m = (length_m + more * (wa + wb)).abs();
-        *impulse = now.with_spare(push_m_kg);
+        // What is beyond the bound acts in this substep, and is not kept.
+        let most_m_kg = KEPT_LENGTHS * self.rest_length_m / (wa + wb).max(f32::MIN_POSITIVE);
+        let share = (most_m_kg / push_m_kg.abs().max(most_m_kg)).min(1.0);
+        *impulse = now.scaled(share).with_spare(push_m_kg * share);
         let (a, b) = (a.step_m + change.scaled(wa), b.step_m - change.scaled(wb));
         nodes.at_mut(i).step_m = a;
         nodes.at_mut(j).step_m = b;

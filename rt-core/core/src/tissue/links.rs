@@ -53,8 +53,8 @@ pub(crate) fn project(scene: &Scene<'_>, organs: impl Iterator<Item = u8>, bodie
             };
             count_max = count_max.max(links.count);
             if let Some((kept_share, _)) = links.warm {
-                let memory = bodies.warm_start.of(organ).spheres;
-                warm_start::begin(&mut bodies.nodes, organ, kept_share, memory);
+                warm_start::begin_links(bodies, organ, kept_share);
+                links.push_as_before(scene, bodies);
             }
             let _ = all.push(links); // there is room for all organs
         }
@@ -65,14 +65,30 @@ pub(crate) fn project(scene: &Scene<'_>, organs: impl Iterator<Item = u8>, bodie
         }
     }
     for links in &all {
-        if let Some((kept_share, _)) = links.warm {
+        if links.warm.is_some() {
             let memory = bodies.warm_start.of(links.organ).spheres;
-            warm_start::end(&mut bodies.nodes, links.organ, kept_share, memory);
+            warm_start::end_links(&mut bodies.nodes, links.organ, memory);
         }
     }
 }
 
 impl OrganLinks<'_> {
+    /// Applies the impulses that the links keep.
+    fn push_as_before(&self, scene: &Scene<'_>, bodies: &mut Bodies) {
+        let Some((kept_share, first)) = self.warm else {
+            return;
+        };
+        let Bodies {
+            nodes, warm_start, ..
+        } = bodies;
+        for (number, link) in (0..self.count).zip(scene.elastic_links_of(self.organ)) {
+            let index = self.first.saturating_add(number);
+            if let Some((_, impulse)) = warm_start.tube_link(index, first.saturating_add(number)) {
+                push(nodes, [link.a, link.b], impulse.scaled(kept_share));
+            }
+        }
+    }
+
     /// Projects the link with this number in the organ.
     #[inline(always)]
     fn project(&self, number: u32, scene: &Scene<'_>, bodies: &mut Bodies) {
@@ -98,7 +114,7 @@ impl OrganLinks<'_> {
                 let number = first.saturating_add(number);
                 match warm_start.tube_link(index, number) {
                     Some((_, impulse)) if intact <= 0.0 => {
-                        release(nodes, ends, impulse.scaled(kept_share));
+                        push(nodes, ends, impulse.scaled(-kept_share));
                         *impulse = Lanes::ZERO;
                     }
                     Some(memory) => bar.project_warm(nodes, ends, self.rate, kept_share, memory),
@@ -114,9 +130,9 @@ impl OrganLinks<'_> {
     }
 }
 
-/// Takes back the impulse with which a severed link began the substep.
-fn release(nodes: &mut PerSphere<Node>, [a, b]: [u32; 2], kept: Lanes) {
-    for (sphere, impulse) in [(a, kept.scaled(-1.0)), (b, kept)] {
+/// Applies an impulse to the first sphere, and its opposite to the second.
+fn push(nodes: &mut PerSphere<Node>, [a, b]: [u32; 2], impulse: Lanes) {
+    for (sphere, impulse) in [(a, impulse), (b, impulse.scaled(-1.0))] {
         let weight = nodes.at(sphere).inverse_mass_per_kg();
         nodes.at_mut(sphere).push(impulse, weight);
     }

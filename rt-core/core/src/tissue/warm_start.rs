@@ -26,9 +26,9 @@
 use crate::capacity::{MAX_BATCHES, MAX_LINKS, MAX_ORGANS, MAX_TUBE_LINKS};
 use crate::math;
 use crate::scene::{LANES, Organ, Scene, TetraBatch};
-use crate::tissue::Node;
 use crate::tissue::lanes::Lanes;
 use crate::tissue::per_sphere::PerSphere;
+use crate::tissue::{Bodies, Node};
 
 /// Share of the impulses with which the next substep begins. The missing 1 ‰ lets rounding errors
 /// decay. A smaller share makes tissue softer.
@@ -44,6 +44,14 @@ const STIFFNESS_NUMBER_MAX: f32 = 34.0;
 /// The same for an organ of links. Each sphere of a tube has only a few links, which pass a wave
 /// on; at 5.8 a stretched tube rests, at 6.9 it shakes (`a_stretched_tube_has_its_materials_force`).
 const LINKS_STIFFNESS_NUMBER_MAX: f32 = 4.0;
+
+/// Largest step by which the expected outer impulse moves a sphere of a tube, in radii. A tube is so
+/// light that it would bounce off an instrument that hits it hard.
+const EXPECTED_RADII: f32 = 0.5;
+/// Largest impulse that a link keeps, as a share of the impulse that moves its ends by its own
+/// length. A kept tension acts like an explicit force across the tube, too: beads that alternate from
+/// side to side are stable up to 0.66.
+pub(crate) const KEPT_LENGTHS: f32 = 0.5;
 
 /// Largest product of two numbers: the stiffness number (see [`STIFFNESS_NUMBER_MAX`]), and the
 /// weight of the strain rate relative to the strain. Viscosity is part of the impulses of the last
@@ -109,7 +117,8 @@ impl BatchMemory {
 /// Impulses on a sphere in the last substep, m kg.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SphereMemory {
-    /// Impulse of all tetrahedra; in an organ without tetrahedra, of all links.
+    /// Impulse of all tetrahedra. In an organ without tetrahedra, the share of `outer` that acts
+    /// before the links.
     pub(crate) elastic: Lanes,
     /// Impulse of everything that acts after these: attachments, contacts, grip, and the links of
     /// an organ with tetrahedra.
@@ -360,6 +369,43 @@ pub(crate) fn end(
         let weight = node.inverse_mass_per_kg();
         node.step_m = node.step_m - last.outer.scaled(kept_share * weight);
         last.elastic = impulse(node.step_m - last.step_after_elastic_m, weight);
+        last.step_after_elastic_m = node.step_m;
+    }
+}
+
+/// Begins a substep of an organ of links: adds the expected outer impulses to the steps. They move
+/// a sphere by at most [`EXPECTED_RADII`].
+pub(crate) fn begin_links(bodies: &mut Bodies, organ: &Organ, kept_share: f32) {
+    let Bodies {
+        nodes,
+        warm_start,
+        radius_m,
+        ..
+    } = bodies;
+    let nodes = nodes.range_mut(organ.sphere_start, organ.sphere_count);
+    let radii = radius_m.range(organ.sphere_start, organ.sphere_count);
+    for ((node, last), radius_m) in nodes
+        .iter_mut()
+        .zip(warm_start.of(organ).spheres)
+        .zip(radii)
+    {
+        let step_m = last.outer.scaled(kept_share * node.inverse_mass_per_kg());
+        let (squared, most_m) = (step_m.norm_squared(), EXPECTED_RADII * radius_m);
+        let share = if squared > most_m * most_m {
+            kept_share * most_m / math::sqrt(squared)
+        } else {
+            kept_share
+        };
+        last.elastic = last.outer.scaled(share);
+        node.step_m = node.step_m + last.elastic.scaled(node.inverse_mass_per_kg());
+    }
+}
+
+/// Ends it: subtracts the expected outer impulses again.
+pub(crate) fn end_links(nodes: &mut PerSphere<Node>, organ: &Organ, memory: &mut [SphereMemory]) {
+    let nodes = nodes.range_mut(organ.sphere_start, organ.sphere_count);
+    for (node, last) in nodes.iter_mut().zip(memory) {
+        node.step_m = node.step_m - last.elastic.scaled(node.inverse_mass_per_kg());
         last.step_after_elastic_m = node.step_m;
     }
 }
