@@ -4,8 +4,8 @@
 //! burnt through, or if half of the wall is torn, cut or burnt. Less heat only coagulates the wall.
 //! For scale: 1 J heats 10 mm³ of tissue to 63 °C.
 //!
-//! A burn without a hole is judged by its energy, the heat that the organ has taken anywhere, and by
-//! its depth, from the heat at one place. A place is a disc of 1.5 mm radius, as for the
+//! A burn without a hole is judged by its energy, the heat that the organ has taken anywhere, and
+//! by its depth, from the heat at one place. A place is a disc of 1.5 mm radius, as for the
 //! controller's holes (`rt_core::procedure`), and its whole heat coagulates the wall from outside:
 //! 0.7 J go 1 mm deep.
 
@@ -188,8 +188,8 @@ impl Injuries {
         }
     }
 
-    /// Adds heat to the burnt place of an organ that lies within its radius, or begins a new place. Returns the
-    /// heat of the organ's hottest place, J.
+    /// Adds heat to the burnt place of an organ that lies within its radius, or begins a new place.
+    /// Returns the heat of the organ's hottest place, J.
     fn deepen(&mut self, index: u32, heat_j: f64, at_m: Vec3) -> f64 {
         let is_there = |it: &(u32, Vec3, f64)| it.0 == index && distance(it.1, at_m) < PLACE_M;
         let known = self.places.iter().position(is_there);

@@ -10,7 +10,7 @@ use shared_mem::words::{Instrument, Switches};
 pub enum Surgeon {
     /// Dissects, two clips on each vessel, and cuts between clips. Shows each organ of the drill
     Careful,
-    /// As `Careful`, a little faster; a clip for each vessel closes on nothing, and a shown picture shakes
+    /// As `Careful`, a little faster; a clip for each vessel is lost, and a shown picture shakes
     Learner,
     /// As `Careful`, faster; two clips for each vessel close on nothing, and the endoscope wanders
     Novice,

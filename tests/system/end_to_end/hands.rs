@@ -1,5 +1,5 @@
-//! Scripted hands work tasks through the real processes: each injury, each level of skill, each kind
-//! of clumsiness. Outcome, alarms, injuries, score, store and debrief are checked.
+//! Scripted hands work tasks through the real processes: each injury, each level of skill, each
+//! kind of clumsiness. Outcome, alarms, injuries, score, store and debrief are checked.
 //!
 //! In CI some of them work a short task. All hands at all tasks take hours, because the processes
 //! run in real time: `cargo xtask hands` works them, or those that it is told, and keeps their
@@ -59,12 +59,12 @@ const WORKERS: [&str; 8] = [
 ];
 const LOSING: &str = "losing";
 
-/// What a hand came to.
+/// Result of a hand at a task.
 struct Worked {
     summary: Value,
     /// Text of the debrief.
     page: String,
-    /// What the store says of the session's trainee.
+    /// Line of the store about the session.
     listed: String,
 }
 
@@ -87,8 +87,8 @@ impl Worked {
     }
 }
 
-/// Works a task on Calot's triangle. The store and the report from the recording must agree with the
-/// summary, and the debrief must tell that a script worked.
+/// Works a task on Calot's triangle. The store and the report from the recording must agree with
+/// the summary, and the debrief must tell that a script worked.
 fn work(hand: &str, task: &str) -> Worked {
     let _turn = turn();
     let folder = tempfile::tempdir().expect("a folder");

@@ -15,8 +15,8 @@ use system_tests::{
 /// Time for which the devices are silent.
 const SILENT: Duration = Duration::from_secs(3);
 
-/// Stops the emulated devices of a run for a while, from its seventh second on. Returns once they are
-/// live again.
+/// Stops the emulated devices of a run for a while, from its seventh second on. Returns once they
+/// are live again.
 pub(super) fn silence_devices(station: &str, run: u32) {
     let host = Station::new(station).and_then(|it| Host::open(&it));
     let host = host.expect("a host");

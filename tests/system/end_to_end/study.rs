@@ -16,8 +16,8 @@ use system_tests::{calot, compiled, finish, said};
 mod theatre;
 
 /// Levels of skill, the best first: the hand, and the cohort's name. Movements cost no points in an
-/// operation, so hands that only move otherwise, such as the trembling one, score alike there. These
-/// levels differ in their errors.
+/// operation, so hands that only move otherwise, such as the trembling one, score alike there.
+/// These levels differ in their errors.
 const LEVELS: [(Surgeon, &str); 3] = [
     (Surgeon::Careful, "expert"),
     (Surgeon::Learner, "learner"),
