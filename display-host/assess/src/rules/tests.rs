@@ -142,6 +142,7 @@ fn a_clip_outside_the_picture_or_before_the_view_rules_out_a_pass() {
         (Task::Clamp, Metric::ClipRoom, 1.0),
         (Task::Clamp, Metric::Perforations, 2.0),
         (Task::Cut, Metric::Perforations, 2.0),
+        (Task::Identify, Metric::CauterySafe, 0.9),
     ] {
         let mut values = Values::none();
         values.set(Metric::ViewsHeld, 2.0);
@@ -222,6 +223,9 @@ fn rules_and_published_values_say_where_they_come_from() {
     };
     assert_eq!(of("score"), Some("no source"));
     assert!(of("views_held").is_some_and(|it| it.contains("doublet view")));
+    let identify = rules.pass(Task::Identify, Difficulty::Trainee);
+    let safe = identify.iter().find(|rule| rule.name == "cautery_safe");
+    assert!(safe.is_some_and(|it| it.source.contains("LAP Mentor")));
     assert_eq!(rules.weight_source(Task::Full, "burns_wrong"), "no source");
     assert!(
         rules
