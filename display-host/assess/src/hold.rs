@@ -10,6 +10,8 @@ use crate::steady::Held;
 pub enum Lack {
     /// The lens is on the other side of the triangle, or looks along its plane.
     Side,
+    /// The triangle or the lower third of the bed is not cleared yet.
+    Uncleared,
     /// Too little of the cleared triangle is seen.
     Triangle,
     /// Too little of the freed bed is seen.

@@ -3,10 +3,24 @@
 //! Scissors, current or traction open a tube. It counts as opened if it is divided, if its wall is
 //! burnt through, or if half of the wall is torn, cut or burnt. Less heat only coagulates the wall.
 //! For scale: 1 J heats 10 mm³ of tissue to 63 °C.
+//!
+//! A burn without a hole is judged by its energy, the heat that the organ has taken anywhere, and
+//! by its depth, from the heat at one place. A place is a disc of 1.5 mm radius, as for the
+//! controller's holes (`rt_core::procedure`), and its whole heat coagulates the wall from outside:
+//! 0.7 J go 1 mm deep.
 
 use core::fmt;
 
 use shared_mem::scene::OrganKind;
+
+use crate::vector::{Vec3, distance};
+
+/// Radius of a burnt place, m.
+const PLACE_M: f64 = 1.5e-3;
+/// Heat that coagulates a wall to a depth of 1 mm at one place, J: 0.1 J for each cubic millimetre.
+const DEEP_J_MM: f64 = 0.1 * std::f64::consts::PI * 1.5 * 1.5;
+/// Largest number of burnt places that are kept.
+const PLACES_MAX: usize = 256;
 
 /// Kind of an injury.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -81,6 +95,10 @@ pub struct Injury {
     pub organ: String,
     /// True if the injury ends the task.
     pub ends_task: bool,
+    /// Heat that the structure had taken by then, J; `None` for an injury without a burn.
+    pub heat_j: Option<f64>,
+    /// Depth of the coagulated wall at the deepest place, mm; `None` for an injury without a burn.
+    pub depth_mm: Option<f64>,
     /// Source on which the rule is based.
     pub source: String,
 }
@@ -94,6 +112,9 @@ pub(crate) struct InjuryRule {
     /// Heat, J, at which a wall without a hole counts as injured. It is infinite if the rule has no
     /// limit.
     pub(crate) burn_j: f64,
+    /// Depth, mm, to which a wall may be coagulated at one place before it counts as injured. It is
+    /// infinite if the rule has no limit.
+    pub(crate) burn_mm: f64,
     pub(crate) source: String,
 }
 
@@ -104,6 +125,8 @@ pub(crate) struct Injuries {
     found: Vec<(u32, Injury)>,
     /// Heat that each organ has taken, J.
     heat_j: Vec<(u32, f64)>,
+    /// Burnt places: organ, middle, and heat, J.
+    places: Vec<(u32, Vec3, f64)>,
 }
 
 impl Injuries {
@@ -122,17 +145,19 @@ impl Injuries {
             severity: rule.open,
             organ: organ.to_owned(),
             ends_task: rule.open == Severity::Grave,
+            heat_j: None,
+            depth_mm: None,
             source: rule.source.clone(),
         };
         self.note(index, injury);
     }
 
-    /// Adds heat to the organ with this index and name. Notes a burn if the sum reaches the rule's
-    /// limit.
+    /// Adds heat, at a place, to the organ with this index and name. Notes a burn if the organ's
+    /// heat or the depth at one place reaches the rule's limit.
     pub(crate) fn heat(
         &mut self,
         at_s: f64,
-        heat_j: f64,
+        (heat_j, at_m): (f64, Vec3),
         (index, organ): (u32, &str),
         rule: &InjuryRule,
     ) {
@@ -145,7 +170,9 @@ impl Injuries {
             return;
         };
         *sum_j += heat_j;
-        if *sum_j >= rule.burn_j {
+        let sum_j = *sum_j;
+        let depth_mm = self.deepen(index, heat_j, at_m) / DEEP_J_MM;
+        if sum_j >= rule.burn_j || depth_mm >= rule.burn_mm {
             let injury = Injury {
                 at_s,
                 kind: InjuryKind::Burnt,
@@ -153,10 +180,26 @@ impl Injuries {
                 severity: rule.open.min(Severity::Serious),
                 organ: organ.to_owned(),
                 ends_task: false,
+                heat_j: Some(sum_j),
+                depth_mm: Some(depth_mm),
                 source: rule.source.clone(),
             };
             self.note(index, injury);
         }
+    }
+
+    /// Adds heat to the burnt place of an organ that lies within its radius, or begins a new place.
+    /// Returns the heat of the organ's hottest place, J.
+    fn deepen(&mut self, index: u32, heat_j: f64, at_m: Vec3) -> f64 {
+        let is_there = |it: &(u32, Vec3, f64)| it.0 == index && distance(it.1, at_m) < PLACE_M;
+        let known = self.places.iter().position(is_there);
+        if let Some(place) = known.and_then(|known| self.places.get_mut(known)) {
+            place.2 += heat_j;
+        } else if self.places.len() < PLACES_MAX {
+            self.places.push((index, at_m, heat_j));
+        }
+        let own = self.places.iter().filter(|it| it.0 == index);
+        own.map(|it| it.2).fold(0.0, f64::max)
     }
 
     /// Keeps an injury, unless the organ already has one of its kind.

@@ -57,6 +57,10 @@ pub(crate) struct Procedure {
     steady: Steady,
     touches: u32,
     touches_wrong: u32,
+    /// Largest force on a protected structure, N.
+    press_wrong_max_n: f64,
+    /// Clips on the two vessels before the critical view was achieved.
+    clips_early: u32,
     burns_wrong: u32,
     burn_wrong_j: f64,
     /// Index of each protected organ that took heat, and its heat since its last counted burn, J.
@@ -87,6 +91,8 @@ impl Procedure {
             steady: Steady::default(),
             touches: 0,
             touches_wrong: 0,
+            press_wrong_max_n: 0.0,
+            clips_early: 0,
             burns_wrong: 0,
             burn_wrong_j: 0.0,
             warmed_j: Vec::new(),
@@ -135,7 +141,8 @@ impl Procedure {
         } else if self.task == Task::Basics {
             self.basics.look(seen, &held, anatomy, &rules.show, look_s);
         } else if let Some(rule) = rules.view.as_ref().filter(|_| self.is_untouched()) {
-            self.views.look(at_s, seen, &held, anatomy, rule);
+            self.views
+                .look(at_s, seen, &held, anatomy, (rule, &rules.done));
         }
     }
 
@@ -207,6 +214,9 @@ impl Procedure {
                 if rules.must_not_touch(kind) =>
             {
                 self.touches += u32::from(matches!(touch, Event::Contact { .. }));
+                if let Event::Press { force_n } = touch {
+                    self.press_wrong_max_n = self.press_wrong_max_n.max(force_n.into());
+                }
                 if rules.is_hard(&touch)
                     && self.is_new(AlarmKind::Touched, event.organ, at_s, rules)
                 {
@@ -228,6 +238,7 @@ impl Procedure {
             Ok(Event::Clip { number }) => match vessel {
                 Some(which) => {
                     if self.task == Task::Full && !self.had_view && !is_opened {
+                        self.clips_early += 1;
                         say(AlarmKind::TooEarly);
                     }
                     if let Some(vessel) = self.vessels.get_mut(which) {
@@ -282,7 +293,11 @@ impl Procedure {
                 }
             }
             Ok(Event::Hung { suture }) => self.hung |= 1u32.checked_shl(suture).unwrap_or(0),
-            Ok(Event::Crush { .. }) if !is_target(kind) => say(AlarmKind::Crushed),
+            Ok(Event::Crush { .. }) if !is_target(kind) => {
+                // Jaws that crush press harder than any limit of a touch.
+                self.touches_wrong += u32::from(rules.must_not_touch(kind));
+                say(AlarmKind::Crushed);
+            }
             Ok(Event::Leak { flow }) => {
                 if let Some(which) = vessel
                     && let Some(vessel) = self.vessels.get_mut(which)
@@ -328,8 +343,8 @@ impl Procedure {
                 self.injuries.open(at_s, what, organ, rule);
             }
             Ok(Event::Burn { energy_j }) => {
-                self.injuries
-                    .heat(at_s, f64::from(energy_j).max(0.0), organ, rule);
+                let heat = (f64::from(energy_j).max(0.0), wide(event.at_m));
+                self.injuries.heat(at_s, heat, organ, rule);
             }
             _ => {}
         }
@@ -546,18 +561,23 @@ impl Procedure {
         let one_sided = self.vessels.iter().filter(|it| it.one_sided).count();
         let spacings = self.vessels.iter().filter_map(Vessel::spacing_m);
         let spacing_m = spacings.min_by(f64::total_cmp).unwrap_or(f64::NAN);
+        let rooms = self.vessels.iter().filter_map(Vessel::room_m);
+        let room_m = rooms.min_by(f64::total_cmp).unwrap_or(f64::NAN);
         let whole = self.vessels.iter().filter(|it| it.is_whole()).count();
         let unclamped = self.unclamped.iter().filter(|it| **it).count();
         let held = self.views.held().into_iter().filter(|it| *it).count();
         for (metric, value) in [
             (Metric::Touches, self.touches.into()),
             (Metric::TouchesWrong, self.touches_wrong.into()),
+            (Metric::PressWrongMax, self.press_wrong_max_n),
+            (Metric::ClipsEarly, self.clips_early.into()),
             (Metric::BurnsWrong, self.burns_wrong.into()),
             (Metric::BurnWrong, self.burn_wrong_j),
             (Metric::CutsWrong, self.cuts_wrong.into()),
             (Metric::ClipsDuct, duct.clips() as f64),
             (Metric::ClipsArtery, artery.clips() as f64),
             (Metric::ClipSpacing, spacing_m * 1e3),
+            (Metric::ClipRoom, room_m * 1e3),
             (Metric::CutsOneSided, one_sided as f64),
             (Metric::Unclamped, unclamped as f64),
             (Metric::Injuries, self.serious().count() as f64),

@@ -2,7 +2,7 @@
 
 use shared_mem::message::{Event, UnknownEvent};
 
-use crate::vector::{Vec3, distance};
+use crate::vector::{Vec3, distance, dot, sub};
 
 /// Leaks within this distance of each other are one, m.
 const SAME_LEAK_M: f64 = 0.000_1;
@@ -105,6 +105,24 @@ impl Vessel {
             others.map(|b| distance(a.at_m, b.at_m))
         });
         pairs.min_by(f64::total_cmp)
+    }
+
+    /// Room for the cut: largest distance between neighbouring clips, along the line through the
+    /// farthest two, m. Clips that close one side may lie close together.
+    pub(crate) fn room_m(&self) -> Option<f64> {
+        let pairs = self.clips.iter().enumerate().flat_map(|(number, a)| {
+            let others = self.clips.iter().skip(number + 1);
+            others.map(move |b| (distance(a.at_m, b.at_m), a, b))
+        });
+        let (length_m, from, to) = pairs.max_by(|one, other| one.0.total_cmp(&other.0))?;
+        let along = sub(to.at_m, from.at_m).map(|x| x / length_m.max(1e-9));
+        let places = self.clips.iter();
+        let mut places: Vec<f64> = places
+            .map(|clip| dot(sub(clip.at_m, from.at_m), along))
+            .collect();
+        places.sort_by(f64::total_cmp);
+        let gaps = places.iter().zip(places.iter().skip(1));
+        gaps.map(|(one, next)| next - one).max_by(f64::total_cmp)
     }
 
     pub(crate) fn is_whole(&self) -> bool {

@@ -8,13 +8,14 @@
 //! | 3 two structures | the smaller of the visible shares of cystic duct and cystic artery |
 //!
 //! Each view also has the model's truth: the shares of tissue that are removed, and of vessels that
-//! are whole.
+//! are whole. A view counts only while the tissue is truly removed, as the task's steps ask. So the
+//! shares that must be seen only tell whether the picture shows it.
 
 use session::identity::Seen;
 
 use crate::anatomy::Anatomy;
 use crate::hold::{Hold, Lack, Timer};
-use crate::rules::{Least, ViewRule};
+use crate::rules::{Done, Least, ViewRule};
 use crate::steady::Held;
 
 /// Side of the triangle from which the endoscope looks.
@@ -123,9 +124,11 @@ impl Views {
         seen: &Seen,
         held: &Held,
         anatomy: &Anatomy,
-        rule: &ViewRule,
+        (rule, done): (&ViewRule, &Done),
     ) {
         let shares = shares(seen, anatomy);
+        let [triangle, lower_bed, _] = self.truth;
+        let is_cleared = triangle >= done.triangle && lower_bed >= done.lower_bed;
         let most = self.most.get_or_insert([0.0; 3]);
         for (most, share) in most.iter_mut().zip(shares.all()) {
             *most = most.max(share);
@@ -136,6 +139,7 @@ impl Views {
                 continue;
             };
             let lack = lack(side, side_deg, &shares, rule);
+            let lack = lack.or_else(|| (!is_cleared).then_some(Lack::Uncleared));
             let is_held = timer
                 .look(lack, held, &rule.steadiness, rule.hold_s)
                 .is_some();

@@ -17,6 +17,9 @@ const WANDER: [f64; 2] = [0.9, 12.0];
 /// trembles moves the middle of the picture by 1.2 mm at 10 cm, one that wanders by 12 mm.
 const TREMBLE_SHOWING: [f64; 2] = [0.012, 0.7];
 const WANDER_SHOWING: [f64; 2] = [0.12, 3.0];
+/// Sway of a novice's endoscope while it shows an organ: 15 mm/s at 10 cm, half of what the drill
+/// allows.
+const NOVICE_SHOWING: [f64; 2] = [0.06, 1.6];
 /// Period of the rests, s.
 const REST_EVERY_S: f64 = 8.0;
 /// Length of a rest, s. Idle time counts from 1 s.
@@ -31,7 +34,9 @@ impl Work<'_> {
     /// Adds the present flaw of the hand to what is asked of it.
     pub(crate) fn stumble(&mut self) {
         match self.surgeon {
-            Surgeon::Trembling if self.shows => self.sway(TREMBLE_SHOWING),
+            Surgeon::Trembling | Surgeon::Learner if self.shows => self.sway(TREMBLE_SHOWING),
+            Surgeon::Novice if self.shows => self.sway(NOVICE_SHOWING),
+            Surgeon::Novice => self.sway(WANDER),
             Surgeon::Trembling => self.tremble(),
             Surgeon::Wandering if self.shows => self.sway(WANDER_SHOWING),
             Surgeon::Wandering => self.sway(WANDER),

@@ -10,6 +10,10 @@ use shared_mem::words::{Instrument, Switches};
 pub enum Surgeon {
     /// Dissects, two clips on each vessel, and cuts between clips. Shows each organ of the drill
     Careful,
+    /// As `Careful`, a little faster; a clip for each vessel is lost, and a shown picture shakes
+    Learner,
+    /// As `Careful`, faster; two clips for each vessel close on nothing, and the endoscope wanders
+    Novice,
     /// As `Careful`, at three times the speed, without lining up
     Hurried,
     /// As `Careful`, with a hand that trembles
@@ -85,7 +89,13 @@ impl Surgeon {
         let does = |own: Task| task == own || task == Task::Full;
         let mut plan = Vec::new();
         match self {
-            Self::Careful | Self::Hurried | Self::Trembling | Self::Wandering | Self::Pausing => {
+            Self::Careful
+            | Self::Learner
+            | Self::Novice
+            | Self::Hurried
+            | Self::Trembling
+            | Self::Wandering
+            | Self::Pausing => {
                 if does(Task::Identify) {
                     plan.extend([
                         Act::Take(Instrument::Hook),
@@ -102,6 +112,7 @@ impl Surgeon {
                 if does(Task::Clamp) {
                     plan.push(Act::Take(Instrument::ClipApplier));
                     for kind in vessels {
+                        plan.extend(std::iter::repeat_n(Act::Close, self.clips_dropped()));
                         plan.extend([0.45, 0.8].map(|share| Act::Work(kind, share)));
                     }
                 }
@@ -163,12 +174,31 @@ impl Surgeon {
     pub(crate) fn is_careful(self) -> bool {
         matches!(
             self,
-            Self::Careful | Self::Trembling | Self::Wandering | Self::Pausing
+            Self::Careful
+                | Self::Learner
+                | Self::Novice
+                | Self::Trembling
+                | Self::Wandering
+                | Self::Pausing
         )
     }
 
     pub(crate) fn speed_m_s(self) -> f64 {
-        if self == Self::Hurried { 0.12 } else { 0.04 }
+        match self {
+            Self::Hurried => 0.12,
+            Self::Novice => 0.06,
+            Self::Learner => 0.05,
+            _ => 0.04,
+        }
+    }
+
+    /// Clips that close on nothing before each vessel's clips.
+    fn clips_dropped(self) -> usize {
+        match self {
+            Self::Novice => 2,
+            Self::Learner => 1,
+            _ => 0,
+        }
     }
 }
 
@@ -261,5 +291,7 @@ mod tests {
         assert_eq!(clips(Surgeon::Careful, Task::Identify), 0);
         assert_eq!(clips(Surgeon::Unclamped, Task::Cut), 0);
         assert_eq!(clips(Surgeon::Dropper, Task::Clamp), 3);
+        assert_eq!(clips(Surgeon::Learner, Task::Clamp), 6);
+        assert_eq!(clips(Surgeon::Novice, Task::Clamp), 8);
     }
 }

@@ -15,6 +15,7 @@ mod foreign;
 mod foxglove;
 mod hand;
 mod handle;
+mod hands;
 mod igtlink;
 mod jitter;
 mod launcher;

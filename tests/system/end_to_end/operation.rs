@@ -219,7 +219,7 @@ fn a_critical_view_that_is_held_leaves_its_picture() {
         ("triangle = 0.9 ", "triangle = 0.0 "),
         ("lower_bed = 0.9 ", "lower_bed = 0.0 "),
         (
-            "triangle = 0.4, lower_bed = 0.05, two = 0.3",
+            "triangle = 0.25, lower_bed = 0.03, two = 0.2",
             "triangle = 0.0, lower_bed = 0.0, two = 0.0",
         ),
     ] {

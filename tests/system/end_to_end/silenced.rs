@@ -15,6 +15,29 @@ use system_tests::{
 /// Time for which the devices are silent.
 const SILENT: Duration = Duration::from_secs(3);
 
+/// Stops the emulated devices of a run for a while, from its seventh second on. Returns once they
+/// are live again.
+pub(super) fn silence_devices(station: &str, run: u32) {
+    let host = Station::new(station).and_then(|it| Host::open(&it));
+    let host = host.expect("a host");
+    let mut tools = ToolFrame::zeroed();
+    let mut becomes = |is_live: bool| {
+        wait_until("the health of the haptic device", || {
+            host.newest_tools(&mut tools)
+                && tools.tick > 6000
+                && (tools.health[0].status == DeviceHealth::LIVE) == is_live
+        });
+    };
+    becomes(true);
+    let emulate = processes(&["emulate", "--with-parent", &run.to_string()]);
+    let emulate = *emulate.first().expect("the devices are emulated");
+    signal(emulate, Signal::STOP);
+    becomes(false);
+    std::thread::sleep(SILENT);
+    signal(emulate, Signal::CONT);
+    becomes(true);
+}
+
 /// A careful surgeon loses haptic device, tracker and pedal for three seconds. The time is told and
 /// is not the trainee's. No alarm or injury is made of it, and the session is kept as scripted.
 #[test]
@@ -33,24 +56,7 @@ fn a_surgeon_who_loses_the_devices_is_told_so_and_loses_no_points_for_it() {
         .arg("--out")
         .arg(&out);
     let run = Program::start(&mut command);
-    let host = Station::new(&name).and_then(|it| Host::open(&it));
-    let host = host.expect("a host");
-    let mut tools = ToolFrame::zeroed();
-    let mut becomes = |is_live: bool| {
-        wait_until("the health of the haptic device", || {
-            host.newest_tools(&mut tools)
-                && tools.tick > 6000
-                && (tools.health[0].status == DeviceHealth::LIVE) == is_live
-        });
-    };
-    becomes(true);
-    let emulate = processes(&["emulate", "--with-parent", &run.id().to_string()]);
-    let emulate = *emulate.first().expect("the devices are emulated");
-    signal(emulate, Signal::STOP);
-    becomes(false);
-    std::thread::sleep(SILENT);
-    signal(emulate, Signal::CONT);
-    becomes(true);
+    silence_devices(&name, run.id());
     let output = run.finish();
     assert!(output.status.success(), "{}", said(&output));
     let summary = summary(&out);

@@ -19,6 +19,9 @@ cargo xtask COMMAND
                pictures, summary.json and report.html go to target/demo. ARGS go to `calot run`.
   test         set this machine up and run every test: format, lints, documentation, licences,
                unit, property and system tests, golden replays in debug and release
+  hands [HAND[:TASK] ...]
+               let scripted hands work tasks through the real processes, in real time, and keep what
+               each came to in tests/results/hands.csv: all hands at all tasks (hours), or these
   jitter guide [SECONDS [PROGRAM]]
                measure every figure of time in the guide for latency testers, 15 turns of 12 s or
                SECONDS, write tests/results/guide.csv and the tables made from it. PROGRAM is a
@@ -68,6 +71,7 @@ fn main() -> ExitCode {
         ("jitter", [name, args @ ..]) if name == "guide" => {
             packages::set_up(false).and_then(|()| guide::measure(args))
         }
+        ("hands", args) => packages::set_up(false).and_then(|()| steps::hands(args)),
         ("jitter", args) => packages::set_up(false).and_then(|()| steps::jitter(args)),
         ("gpu", args) => gpu::measure(args),
         ("test", []) => packages::set_up(true).and_then(|()| steps::test()),

@@ -198,6 +198,17 @@ const LOOPS: &str = "cyclictest,executor,sleep,embassy-std";
 /// Name of the measurement that runs with remote watchers and without them, alternately.
 const WATCHED: &str = "watched";
 
+/// Lets scripted hands work tasks through the real processes: all, or those named `HAND` or
+/// `HAND:TASK`.
+pub(crate) fn hands(args: &[String]) -> Result<(), String> {
+    let wanted = [("CALOT_HANDS", PathBuf::from(args.join(" ")))];
+    let test = "every_hand_works_every_task";
+    // The features are those of all tests.
+    let words = ["test", "--locked", "--workspace", "--test", "end_to_end"];
+    let more = ["--", "--ignored", "--nocapture", test];
+    step_in("hands", &[&words[..], &more].concat(), &wanted)
+}
+
 pub(crate) fn jitter(args: &[String]) -> Result<(), String> {
     let wanted = args.first().map(String::as_str);
     if let Some(name) = wanted

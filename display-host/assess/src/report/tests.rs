@@ -195,6 +195,8 @@ fn a_page_says_what_is_not_the_trainees_and_what_noise_adds() {
 fn injuries_rules_and_published_values_stand_with_their_source() {
     let mut injured = chapter("a");
     injured.assessed.injuries.push(Injury {
+        heat_j: Some(1.25),
+        depth_mm: Some(0.5),
         at_s: 3.0,
         kind: InjuryKind::Perforated,
         cause: Cause::Torn,
@@ -205,7 +207,7 @@ fn injuries_rules_and_published_values_stand_with_their_source() {
     });
     let page = html(&[injured], &Ids);
     for expected in [
-        "<td>3.0 s<td class=\"l\">bile duct<td class=\"l\">injury-perforated<td \
+        "<td>3.0 s<td class=\"l\">bile duct<td class=\"l\">injury-perforated, 1.2 J, 0.5 mm<td \
          class=\"l\">cause-torn<td class=\"l\">page-ends-task<td class=\"l\" lang=\"en\">&lt;a book&gt;",
         "page-at-least limit=70<td>✗ page-no<td class=\"l\" lang=\"en\">page-no-source",
         "page-published",

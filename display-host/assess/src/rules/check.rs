@@ -89,6 +89,8 @@ impl Check<'_> {
         let open = &injury.open;
         let burn = injury.burn_j.as_ref();
         let burn = burn.map(|burn_j| self.number("burn_j", burn_j, 0.0..=1e6));
+        let deep = injury.burn_mm.as_ref();
+        let deep = deep.map(|burn_mm| self.number("burn_mm", burn_mm, 0.0..=100.0));
         Ok(InjuryRule {
             organ: self.organ(&injury.organ)?,
             source: injury
@@ -106,6 +108,7 @@ impl Check<'_> {
                 }
             },
             burn_j: burn.transpose()?.unwrap_or(f64::INFINITY),
+            burn_mm: deep.transpose()?.unwrap_or(f64::INFINITY),
         })
     }
 

@@ -4,6 +4,7 @@ use proptest::prelude::*;
 use shared_mem::scene::OrganKind;
 
 use super::*;
+use crate::alarm::AlarmKind;
 use crate::metrics::{Metric, Values};
 use crate::task::Difficulty;
 
@@ -106,6 +107,51 @@ fn enough_of_any_one_error_fails_an_operation() {
     }
 }
 
+/// An alarm that costs nothing would let a poor surgeon pass.
+#[test]
+fn every_alarm_costs_points_in_an_operation() {
+    let rules = Rules::default();
+    for (kind, metric) in [
+        (AlarmKind::Touched, Metric::TouchesWrong),
+        (AlarmKind::Burnt, Metric::BurnsWrong),
+        (AlarmKind::Cut, Metric::CutsWrong),
+        (AlarmKind::Torn, Metric::Tears),
+        (AlarmKind::Perforated, Metric::Perforations),
+        (AlarmKind::Crushed, Metric::Crushes),
+        (AlarmKind::ClipLost, Metric::ClipsLost),
+        (AlarmKind::ClipMisplaced, Metric::ClipsMisplaced),
+        (AlarmKind::TooEarly, Metric::ClipsEarly),
+        (AlarmKind::Unclamped, Metric::Unclamped),
+    ] {
+        let mut values = Values::none();
+        values.set(metric, 1.0);
+        let (score, _) = rules.score(Task::Full, &values);
+        assert!(score < 98.0, "{kind:?} {score}");
+    }
+}
+
+/// Each of these is ruled out in every operation in which it can happen, whatever the score.
+#[test]
+fn a_clip_outside_the_picture_or_before_the_view_rules_out_a_pass() {
+    let rules = Rules::default();
+    for (task, metric, value) in [
+        (Task::Clamp, Metric::ActsBlind, 1.0),
+        (Task::Cut, Metric::ActsBlind, 1.0),
+        (Task::Full, Metric::ActsBlind, 1.0),
+        (Task::Full, Metric::ClipsEarly, 1.0),
+        (Task::Clamp, Metric::ClipRoom, 1.0),
+        (Task::Clamp, Metric::Perforations, 2.0),
+        (Task::Cut, Metric::Perforations, 2.0),
+        (Task::Identify, Metric::CauterySafe, 0.9),
+    ] {
+        let mut values = Values::none();
+        values.set(Metric::ViewsHeld, 2.0);
+        values.set(metric, value);
+        let unmet = rules.unmet(task, Difficulty::Trainee, 100.0, &values);
+        assert_eq!(unmet.len(), 1, "{} {}", task.name(), metric.name());
+    }
+}
+
 /// A poor surgeon must not pass an exam by starting over, by thinking while the clock stands, or
 /// because the recording misses the errors.
 #[test]
@@ -177,16 +223,21 @@ fn rules_and_published_values_say_where_they_come_from() {
     };
     assert_eq!(of("score"), Some("no source"));
     assert!(of("views_held").is_some_and(|it| it.contains("doublet view")));
-    assert_eq!(
-        rules.weight_source(Task::Full, "touches_wrong"),
-        "no source"
+    let identify = rules.pass(Task::Identify, Difficulty::Trainee);
+    let safe = identify.iter().find(|rule| rule.name == "cautery_safe");
+    assert!(safe.is_some_and(|it| it.source.contains("LAP Mentor")));
+    assert_eq!(rules.weight_source(Task::Full, "burns_wrong"), "no source");
+    assert!(
+        rules
+            .weight_source(Task::Full, "touches_wrong")
+            .contains("OCHRA")
     );
     let own = |from: &str, to: &str| Rules::parse(&BUILT_IN.replacen(from, to, 1)).unwrap();
     let sourced = own(
-        "each = 5.0\nmost = 40.0",
-        "each = 5.0\nmost = 40.0\nsource = \"A 2020\"",
+        "each = 5.0\nmost = 50.0",
+        "each = 5.0\nmost = 50.0\nsource = \"A 2020\"",
     );
-    assert_eq!(sourced.weight_source(Task::Full, "touches_wrong"), "A 2020");
+    assert_eq!(sourced.weight_source(Task::Full, "burns_wrong"), "A 2020");
     let sourced = own(
         "at_least = 70.0 }",
         "at_least = 70.0, source = \"B 2021\" }",

@@ -90,6 +90,8 @@ pub(super) struct Injury {
     pub(super) organ: Spanned<String>,
     pub(super) open: Spanned<String>,
     pub(super) burn_j: Option<Spanned<f64>>,
+    /// Optional in older files, in which only the heat counted.
+    pub(super) burn_mm: Option<Spanned<f64>>,
     pub(super) source: Option<String>,
 }
 

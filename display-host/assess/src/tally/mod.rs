@@ -59,7 +59,13 @@ pub(crate) struct Tally {
     cautery_air_s: f64,
     /// Time of the last event of burning, s.
     burnt_s: Option<f64>,
+    /// Time with current outside the picture, s, and time with current that was outside the
+    /// picture, in air, or both, s.
+    cautery_blind_s: [f64; 2],
     out_of_view_s: f64,
+    /// True if the tip is outside the picture.
+    is_out: bool,
+    acts_blind: u32,
     tilt_rad_s: f64,
     turn_rad: f64,
     sight: Option<Vec3>,
@@ -141,6 +147,7 @@ impl Tally {
         self.noise.step(handle, seconds);
         let touches = moved.contacts > 0;
         self.force.step(norm(wide(moved.force_n)), touches, seconds);
+        self.look(moved, tip, anatomy.up, seconds);
         if moved.instrument() == Some(Instrument::Hook)
             && moved.switches().current() != Current::Off
         {
@@ -148,12 +155,19 @@ impl Tally {
             let burns = self
                 .burnt_s
                 .is_some_and(|at_s| self.time_s - at_s < BURNS_S);
-            self.cautery_air_s += if touches || burns { 0.0 } else { seconds };
+            let is_in_air = !touches && !burns;
+            self.cautery_air_s += if is_in_air { seconds } else { 0.0 };
+            let [blind_s, unsafe_s] = &mut self.cautery_blind_s;
+            *blind_s += if self.is_out { seconds } else { 0.0 };
+            *unsafe_s += if self.is_out || is_in_air {
+                seconds
+            } else {
+                0.0
+            };
         }
         if moved.instrument != before.instrument {
             self.exchanges += 1;
         }
-        self.look(moved, tip, anatomy.up, seconds);
         for leak in &self.leaks {
             let ml = leak.flow * rules.flow_ml_min(anatomy.kind(leak.organ)) / 60.0 * seconds;
             match is_duct(anatomy.kind(leak.organ)) {
@@ -189,9 +203,8 @@ impl Tally {
 
     fn look(&mut self, moved: &Movement, tip: Vec3, up: Vec3, seconds: f64) {
         let camera = &moved.world_from_camera;
-        if off_sight(camera, tip).0 > VIEW_HALF_RAD {
-            self.out_of_view_s += seconds;
-        }
+        self.is_out = off_sight(camera, tip).0 > VIEW_HALF_RAD;
+        self.out_of_view_s += if self.is_out { seconds } else { 0.0 };
         let right = dot(axis(camera, 0), up).clamp(-1.0, 1.0);
         self.tilt_rad_s += right.asin().abs() * seconds;
         let sight = axis(camera, 2);
@@ -215,6 +228,12 @@ impl Tally {
                 }
             }
             Ok(Event::Clip { number }) => self.clip(number, kind),
+            Ok(Event::Divided { .. }) => {
+                let last = self.last.as_ref();
+                let held = last.and_then(|(_, moved)| moved.instrument());
+                let cuts = held == Some(Instrument::Scissors);
+                self.acts_blind += u32::from(cuts && self.is_out);
+            }
             Ok(Event::Leak { flow }) => self.leak(event, flow),
             Ok(Event::Removed { cell }) => self.remove(cell as usize, anatomy),
             Ok(Event::Perforation { .. }) => self.perforations += 1,
@@ -248,6 +267,7 @@ impl Tally {
     fn clip(&mut self, number: u32, kind: Option<OrganKind>) {
         if !self.clips.contains(&number) {
             self.clips.push(number);
+            self.acts_blind += u32::from(self.is_out);
         }
         match kind {
             None => self.clips_lost += 1,
@@ -297,6 +317,7 @@ impl Tally {
         let mut values = Values::none();
         let [tip, lens] = self.hands.tracks();
         let [liver, gallbladder, duct, vessel, target, _] = self.burns_j;
+        let [blind_s, unsafe_s] = self.cautery_blind_s;
         for (metric, value) in [
             (Metric::Time, self.time_s),
             (Metric::Gaps, self.gaps_s),
@@ -318,6 +339,9 @@ impl Tally {
             (Metric::ForceSaturated, self.force.saturated_s),
             (Metric::CauteryOn, self.cautery_s),
             (Metric::CauteryAir, self.cautery_air_s),
+            (Metric::CauteryBlind, blind_s),
+            (Metric::CauterySafe, 1.0 - unsafe_s / self.cautery_s),
+            (Metric::ActsBlind, self.acts_blind.into()),
             (Metric::BurnLiver, liver),
             (Metric::BurnGallbladder, gallbladder),
             (Metric::BurnDuct, duct),

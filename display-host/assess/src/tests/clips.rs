@@ -183,3 +183,27 @@ fn cut_that_divides_nothing_is_none_and_a_dry_end_hides_no_leak() {
     cut(&mut assessment, 4.2, DUCT);
     assert_eq!(assessment.end().outcome, Outcome::Failed);
 }
+
+/// Two clips may close one side, but the blades need room between the sides.
+#[test]
+fn clips_at_one_place_leave_no_room_for_the_blades() {
+    let clamped = |places_m: [f32; 3]| {
+        let mut assessment = begin(Task::Clamp);
+        rest(&mut assessment, 0.0, 0.1);
+        for (number, x_m) in places_m.into_iter().enumerate() {
+            clip(&mut assessment, 0.1, DUCT, x_m, number as f32);
+        }
+        clip(&mut assessment, 0.2, ARTERY, -0.005, 3.0);
+        clip(&mut assessment, 0.3, ARTERY, 0.005, 4.0);
+        assessment.end()
+    };
+    let together = clamped([0.0, 0.001, 0.0025]);
+    let room_mm = together.metrics.get(Metric::ClipRoom);
+    assert!((room_mm - 1.5).abs() < 1e-3, "{room_mm}");
+    assert_eq!(together.outcome, Outcome::Failed, "{:?}", together.reasons);
+    // The second clip beside the first leaves the room to the third.
+    let apart = clamped([0.0, 0.001, 0.008]);
+    let room_mm = apart.metrics.get(Metric::ClipRoom);
+    assert!((room_mm - 7.0).abs() < 1e-3, "{room_mm}");
+    assert_eq!(apart.outcome, Outcome::Passed, "{:?}", apart.reasons);
+}

@@ -108,3 +108,58 @@ fn current_that_burns_is_not_in_air() {
     let air_s = assessment.end().metrics.get(Metric::CauteryAir);
     assert!((0.85..1.05).contains(&air_s), "{air_s}");
 }
+
+/// Moves the hand for a second with the tip in the picture or beside it.
+fn work(assessment: &mut Assessment, from_s: f64, instrument: u8, is_out: bool) {
+    for step in 0..=20 {
+        let tip_m = if is_out {
+            [0.2, 0.0, -0.1]
+        } else {
+            [0.0, 0.0, -0.1]
+        };
+        let held = Movement {
+            instrument,
+            switches: 17,
+            contacts: 1,
+            ..here(tip_m)
+        };
+        assessment.take(&moved(from_s + 0.05 * f64::from(step), held));
+    }
+}
+
+/// Clips, divisions and current count where nobody sees the tip.
+#[test]
+fn acts_outside_the_picture_are_told_and_cost_points() {
+    let (hook, scissors, applier) = (1, 2, 3);
+    let mut assessment = begin(Task::Clamp);
+    work(&mut assessment, 0.0, applier, false);
+    clip(&mut assessment, 1.0, DUCT, -0.01, 0.0);
+    is(assessment.metrics().get(Metric::ActsBlind), 0.0);
+    work(&mut assessment, 1.0, applier, true);
+    // A clip on two organs has two events, and is one act.
+    clip(&mut assessment, 2.0, DUCT, 0.01, 1.0);
+    clip(&mut assessment, 2.0, FAT, 0.01, 1.0);
+    is(assessment.metrics().get(Metric::ActsBlind), 1.0);
+    work(&mut assessment, 2.0, applier, false);
+    clip(&mut assessment, 3.0, ARTERY, -0.01, 2.0);
+    clip(&mut assessment, 3.0, ARTERY, 0.01, 3.0);
+    let assessed = assessment.end();
+    assert_eq!(assessed.outcome, Outcome::Failed, "{:?}", assessed.lost);
+    is(assessed.score, 80.0);
+
+    let mut cuts = begin(Task::Free);
+    work(&mut cuts, 0.0, scissors, true);
+    cut(&mut cuts, 1.0, DUCT);
+    // Current divides, too, but a blind current has a measure of its own.
+    work(&mut cuts, 1.0, hook, true);
+    cut(&mut cuts, 2.0, ARTERY);
+    work(&mut cuts, 2.0, hook, false);
+    let metrics = cuts.end().metrics;
+    is(metrics.get(Metric::ActsBlind), 1.0);
+    let near = |metric, value: f64| {
+        let found = metrics.get(metric);
+        assert!((found - value).abs() < 0.06, "{metric:?} {found}");
+    };
+    near(Metric::CauteryBlind, 1.0);
+    near(Metric::CauterySafe, 0.5);
+}

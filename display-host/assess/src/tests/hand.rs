@@ -164,6 +164,28 @@ fn tremor_is_neither_movement_nor_rest_and_strokes_count_the_same_at_every_rate(
 }
 
 /// Time in which a device was lost counts as [`Metric::DeviceLost`], and not as the trainee's time.
+/// The smoothness comes from the magnitude of the speed, and a tremor across the way adds little to
+/// that. A hand that trembles in a circle therefore loses less than its tremor suggests.
+#[test]
+fn tremor_along_the_way_is_less_smooth_and_tremor_across_it_hardly() {
+    let smoothness = |tremor_m: [f64; 2]| {
+        let way = |at_s: f64| {
+            let (stroke, at) = ((at_s / 2.0).floor(), (at_s % 2.0 / 1.2).min(1.0));
+            let bell = at * at * at * (10.0 - 15.0 * at + 6.0 * at * at);
+            let there = if stroke % 2.0 < 0.5 { bell } else { 1.0 - bell };
+            let shake = (at_s * std::f64::consts::TAU * 8.0).sin();
+            let [along_m, across_m] = tremor_m.map(|it| it * shake);
+            [0.06 * there + along_m, across_m, -0.1]
+        };
+        follow([30.0, 100.0], [0.0, 1.0], way).get(Metric::Smoothness)
+    };
+    let calm = smoothness([0.0, 0.0]);
+    let [along, across] = [smoothness([0.002, 0.0]), smoothness([0.0, 0.002])];
+    println!("{calm}, with tremor along the way {along}, across it {across}");
+    assert!(along < calm - 0.3, "{calm} {along}");
+    assert!((across - calm).abs() < 0.15, "{calm} {across}");
+}
+
 #[test]
 fn time_without_a_lost_device_is_not_the_trainees() {
     let mut assessment = begin(Task::Free);

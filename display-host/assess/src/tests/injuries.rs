@@ -88,18 +88,71 @@ fn an_opened_bile_duct_ends_the_task_at_once() {
 #[test]
 fn a_bile_duct_burnt_more_than_its_wall_survives_rules_out_a_pass() {
     let burn = |heat_j| event(0.1, EventKind::Burn.number(), BILE_DUCT, 0.0, heat_j);
-    let light = clamp_after(&burn(0.4));
+    let light = clamp_after(&burn(0.3));
     assert_eq!(light.status().outcome, Outcome::Passed);
     let deep = clamp_after(&burn(1.1)).end();
     assert_eq!(deep.outcome, Outcome::Failed);
     assert_eq!(deep.reasons[0], injured("bile duct", InjuryKind::Burnt));
     assert!(!deep.injuries[0].ends_task);
-    // The heat of several burns adds up.
+    // The heat of several burns adds up, wherever they are.
     let mut often = begin(Task::Clamp);
     rest(&mut often, 0.0, 0.1);
-    (0..3).for_each(|_| often.take(&burn(0.4)));
+    for place in 0..4 {
+        let at_m = 0.01 * place as f32;
+        let kind = EventKind::Burn.number();
+        often.take(&event(0.1, kind, BILE_DUCT, at_m, 0.3));
+    }
     clip_both(&mut often);
-    assert_eq!(often.status().outcome, Outcome::Failed);
+    let often = often.end();
+    assert_eq!(often.outcome, Outcome::Failed);
+    let depth_mm = often.injuries[0].depth_mm.expect("a burn");
+    assert!(depth_mm < 0.5, "{depth_mm}");
+}
+
+/// As much heat does more harm at one place than along the duct.
+#[test]
+fn a_bile_duct_burnt_deep_at_one_place_rules_out_a_pass() {
+    let burnt = |apart_m: f32| {
+        let mut assessment = begin(Task::Clamp);
+        rest(&mut assessment, 0.0, 0.1);
+        for burn in 0..4 {
+            let kind = EventKind::Burn.number();
+            let at_m = apart_m * burn as f32;
+            assessment.take(&event(0.1, kind, BILE_DUCT, at_m, 0.1));
+        }
+        clip_both(&mut assessment);
+        assessment.end()
+    };
+    let along = burnt(0.005);
+    assert_eq!((along.outcome, along.injuries.len()), (Outcome::Passed, 0));
+    let deep = burnt(0.0002);
+    assert_eq!(deep.outcome, Outcome::Failed);
+    let injury = &deep.injuries[0];
+    assert_eq!(
+        (injury.kind, injury.severity),
+        (InjuryKind::Burnt, Severity::Serious)
+    );
+    // 0.1 J coagulate a cubic millimetre, and the place has a radius of 1.5 mm.
+    let depth_mm = injury.depth_mm.expect("a burn");
+    assert!((depth_mm - 0.566).abs() < 0.001, "{depth_mm}");
+    assert!(
+        injury
+            .heat_j
+            .is_some_and(|heat_j| (heat_j - 0.4).abs() < 1e-6)
+    );
+    let opened = event(0.1, EventKind::Divided.number(), BILE_DUCT, 0.0, 1.0);
+    assert_eq!(clamp_after(&opened).end().injuries[0].depth_mm, None);
+}
+
+/// A protected structure that the jaws crush counts as pressed hard.
+#[test]
+fn a_crushed_bile_duct_costs_more_than_crushed_liver() {
+    let crushed = |organ| {
+        let crush = event(0.1, EventKind::Crush.number(), organ, 0.0, 9.0);
+        clamp_after(&crush).end().score
+    };
+    is(crushed(LIVER), 97.0);
+    is(crushed(BILE_DUCT), 92.0);
 }
 
 /// Bands of fat hold bile duct and liver. Their events name one of the two.
@@ -141,7 +194,9 @@ fn light_touches_are_counted_and_cost_nothing_and_presses_cost_without_an_early_
     is(light.metrics.get(Metric::Touches), 60.0);
     is(light.metrics.get(Metric::TouchesWrong), 0.0);
     let hard = touched(7);
-    is(hard.score, 65.0);
+    // Seven presses of 5 points, and 20 points for each newton above 0.2 N.
+    assert!((hard.score - 64.0).abs() < 1e-6, "{}", hard.score);
+    is(hard.metrics.get(Metric::PressWrongMax), 0.25);
     assert_eq!((hard.outcome, hard.alarms.len()), (Outcome::Failed, 7));
 }
 

@@ -41,11 +41,11 @@ fn each_side_is_held_by_itself_and_told_with_the_truth() {
 fn a_view_that_lacks_something_does_not_count() {
     let good = good_view(ViewSide::Front);
     let mut hidden = good;
-    hidden.organs[ARTERY as usize] = OrganSeen::new(1.0, 0.2, 0.01, 0.2);
+    hidden.organs[ARTERY as usize] = OrganSeen::new(1.0, 0.1, 0.01, 0.2);
     let lacks = [
         (
             Seen {
-                triangle: 0.3,
+                triangle: 0.2,
                 ..good
             },
             Lack::Triangle,
@@ -74,6 +74,24 @@ fn a_view_that_lacks_something_does_not_count() {
         assert_eq!((hold.lack, hold.share), (Some(lack), 0.0));
         let shown = assessment.end().cvs.and_then(|it| it.front);
         assert!(shown.is_none_or(|it| !it.held));
+    }
+}
+
+/// A good picture of tissue that is not cleared is no critical view.
+#[test]
+fn a_half_cleared_triangle_or_bed_counts_for_no_view() {
+    for cleared in [0..5, 0..15, 5..20] {
+        let mut assessment = begin(Task::Identify);
+        rest(&mut assessment, 0.0, 0.1);
+        remove(&mut assessment, cleared.clone());
+        hold_views(&mut assessment, 0.2);
+        assert_eq!(is_held(&assessment), [false; 2], "{cleared:?}");
+        // What is missing is removed only after the view.
+        remove(&mut assessment, 0..20);
+        assert!(!assessment.is_over(), "{cleared:?}");
+        let shown = assessment.end().cvs.and_then(|it| it.front);
+        let truth = shown.expect("it was shown").truth;
+        assert!(truth.triangle.min(truth.lower_bed) < 0.6, "{truth:?}");
     }
 }
 

@@ -112,6 +112,8 @@ mod tests {
         assessed
             .injuries
             .extend(kinds.map(|(kind, cause, severity)| Injury {
+                heat_j: None,
+                depth_mm: None,
                 at_s: 3.0,
                 kind,
                 cause,

@@ -69,6 +69,7 @@ impl Words {
         self.say(match hold.lack {
             None => "hold-on",
             Some(Lack::Side) => "hold-lacks-side",
+            Some(Lack::Uncleared) => "hold-lacks-uncleared",
             Some(Lack::Triangle) => "hold-lacks-triangle",
             Some(Lack::LowerBed) => "hold-lacks-lower-bed",
             Some(Lack::Two) => "hold-lacks-two",

@@ -2,6 +2,7 @@
 //! the simulation, because its publisher overwrites messages that are not fetched in time.
 
 mod config;
+mod first_move;
 mod listen;
 mod queue;
 mod write;

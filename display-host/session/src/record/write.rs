@@ -7,9 +7,11 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
 
 use bytemuck::Zeroable as _;
-use shared_mem::message::ToolFrame;
+use shared_mem::inputs::InputRecord;
+use shared_mem::message::{CommandMsg, ToolFrame};
 
 use super::config::{Config, Heard, Sight};
+use super::first_move::FirstMove;
 use super::queue::{Item, Items};
 use crate::file::{Error, SessionFile};
 use crate::health::{Health, Recorded, Standing};
@@ -77,6 +79,8 @@ fn take_all(
     // Identity images serve the assessment, so a session without a task has none.
     let judged = config.assignment.as_ref();
     let mut identity = judged.map(|_| Identity::of(&config.scene));
+    // A task begins with the first move. A session without a task begins at once.
+    let mut first_move = judged.map(|_| FirstMove::default());
     let mut newest = Box::new(ToolFrame::zeroed());
     let mut flushed = Instant::now();
     let mut refused = None;
@@ -84,6 +88,9 @@ fn take_all(
         match items.next() {
             Ok(Item::Inputs(batch)) => {
                 file.inputs(&batch)?;
+                if batch.records().is_some_and(begins_anew) {
+                    first_move = judged.map(|_| FirstMove::default());
+                }
                 if let Some(newest) = batch.records().and_then(<[_]>::last) {
                     tell_news(config, Heard::Tick(newest.tick));
                 }
@@ -94,7 +101,9 @@ fn take_all(
                     seen = now.map(f32::to_bits);
                     file.sight(now, &tools)?;
                 }
-                file.moved(&tools)?;
+                if first_move.as_mut().is_none_or(|it| it.has_come(&tools)) {
+                    file.moved(&tools)?;
+                }
                 if shown {
                     file.tools(&tools)?;
                 }
@@ -127,6 +136,12 @@ fn take_all(
             flushed = Instant::now();
         }
     }
+}
+
+/// True if a command among these inputs begins the operation anew.
+fn begins_anew(records: &[InputRecord]) -> bool {
+    let mut commands = records.iter().map(|it| u32::from(it.command & 15));
+    commands.any(|it| matches!(it, CommandMsg::RESET | CommandMsg::START))
 }
 
 fn tell_news(config: &Config, news: Heard) {

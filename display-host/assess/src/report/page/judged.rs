@@ -29,6 +29,11 @@ pub(super) fn injuries(page: &mut Page<'_>, injuries: &[Injury]) {
             InjuryKind::Perforated => "injury-perforated",
             InjuryKind::Burnt => "injury-burnt",
         });
+        let measured = [(injury.heat_j, "J"), (injury.depth_mm, "mm")].into_iter();
+        let kind = measured.fold(kind, |kind, (value, unit)| match value {
+            Some(value) => format!("{kind}, {} {unit}", page.words.number(value, 1)),
+            None => kind,
+        });
         let cause = page.say(match injury.cause {
             Cause::Cut => "cause-cut",
             Cause::Torn => "cause-torn",

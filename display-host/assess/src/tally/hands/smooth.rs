@@ -7,6 +7,9 @@
 //! and it differentiates nothing, so noise harms it less than measures of jerk: S. Balasubramanian,
 //! A. Melendez-Calderon, A. Roby-Brami, E. Burdet, On the analysis of movement smoothness, J.
 //! NeuroEng. Rehabil. 12:112, 2015. The limits here are those of this paper.
+//!
+//! Only the magnitude of the speed counts. So tremor along the way shows, and tremor across it
+//! hardly does. The low-pass stages leave an eighth of a tremor of 8 Hz.
 
 use std::f64::consts::TAU;
 
