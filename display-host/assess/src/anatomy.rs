@@ -8,6 +8,14 @@ use crate::vector::{Vec3, sum, wide};
 /// `CLEARED_M`), m.
 const CLEARED_M: f64 = 0.008;
 
+/// Parts of the phantom, by their names in its recipe.
+pub(crate) mod phantom {
+    pub(crate) const BALLS: [&str; 3] = ["upper left ball", "lower left ball", "right ball"];
+    pub(crate) const ROPE: &str = "rope";
+    pub(crate) const TUBE: &str = "tube";
+    pub(crate) const FAT: &str = "fat";
+}
+
 /// Part of the layered tissue, as the procedure counts it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -125,6 +133,13 @@ impl Anatomy {
     pub(crate) fn named(&self, name: &str) -> Option<u32> {
         let found = self.organs.iter().position(|it| it.name == name)?;
         u32::try_from(found).ok()
+    }
+
+    /// True if the scene is the phantom.
+    pub(crate) fn is_phantom(&self) -> bool {
+        let named = phantom::BALLS.into_iter();
+        let mut named = named.chain([phantom::ROPE, phantom::TUBE, phantom::FAT]);
+        named.all(|name| self.named(name).is_some()) && self.has_cells(Region::Elsewhere)
     }
 
     pub(crate) fn kind(&self, index: u32) -> Option<OrganKind> {

@@ -4,18 +4,14 @@
 use session::Movement;
 use shared_mem::message::{Event, EventMsg};
 
+use crate::anatomy::phantom::{BALLS, FAT, ROPE, TUBE};
 use crate::anatomy::{Anatomy, Region};
 use crate::step::Step;
 use crate::tally::Tally;
 use crate::vector::{distance, wide};
 
-/// Organs of the phantom, by their names in its recipe.
-const BALLS: [&str; 3] = ["upper left ball", "lower left ball", "right ball"];
-const ROPE: &str = "rope";
 /// Ball to which the rope's end is carried.
 const GOAL: &str = "right ball";
-const TUBE: &str = "tube";
-const FAT: &str = "fat";
 /// Number of clips on the tube.
 const CLIPS: usize = 2;
 /// The rope's end is there when the jaws are this near to the middle of the ball, m. The ball has
@@ -37,13 +33,6 @@ pub(crate) struct Phantom {
     began: f64,
     /// Removed share of the fat.
     removed: f64,
-}
-
-/// True if the scene is the phantom.
-pub(crate) fn is_in(anatomy: &Anatomy) -> bool {
-    let parts = BALLS.into_iter().chain([ROPE, TUBE, FAT]);
-    let mut parts = parts.map(|name| anatomy.named(name));
-    parts.all(|it| it.is_some()) && anatomy.has_cells(Region::Elsewhere)
 }
 
 fn plan() -> Vec<Step> {

@@ -3,7 +3,6 @@
 use shared_mem::scene::OrganKind;
 
 use crate::anatomy::{Anatomy, Region};
-use crate::phantom;
 
 /// A task for the trainee.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
@@ -107,7 +106,7 @@ impl Task {
             Self::Disconnect => layer(&[Region::LowerBed, Region::UpperBed]),
             Self::Full => vessel.or_else(|| layer(&Region::COUNTED)),
             Self::Free => None,
-            Self::Phantom => (!phantom::is_in(anatomy))
+            Self::Phantom => (!anatomy.is_phantom())
                 .then(|| "balls, rope, tube and fat of the phantom".to_owned()),
             Self::Scope => (!anatomy.has(OrganKind::Gallbladder)).then(|| "gallbladder".to_owned()),
         }

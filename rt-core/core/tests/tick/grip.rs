@@ -152,7 +152,7 @@ fn too_strong_a_pull_slips_out_without_a_knock() {
     assert!(bench.force_n.z.abs() < 0.02, "{}", bench.force_n.z);
 }
 
-/// The hand lets go of the handle in a pause. The jaws hold on, and open when the operation goes on.
+/// The hand lets go of the handle in a pause. The jaws hold on, and open once the task goes on.
 #[test]
 fn in_a_pause_the_jaws_hold_what_they_hold() {
     let anatomy = Anatomy::liver();
