@@ -29,6 +29,13 @@ impl Act {
         })
     }
 
+    /// True for an act that makes the task harder: fog, bleeding, a slipped clip.
+    pub(crate) fn complicates(&self) -> bool {
+        [ActKind::Fog, ActKind::Bleeding, ActKind::SlippedClip]
+            .iter()
+            .any(|kind| kind.name() == self.kind)
+    }
+
     /// Id of the message that names the act to a reader.
     #[must_use]
     pub fn message(&self) -> String {

@@ -2,11 +2,19 @@
 
 use shared_mem::scene::{AttachmentRecord, CellRecord, OrganKind, SceneFile, WORLD, str_from_name};
 
-use crate::vector::{Vec3, wide};
+use crate::vector::{Vec3, sum, wide};
 
 /// Distance around duct and artery within which the controller clears the triangle (`rt_core::sim`,
 /// `CLEARED_M`), m.
 const CLEARED_M: f64 = 0.008;
+
+/// Parts of the phantom, by their names in its recipe.
+pub(crate) mod phantom {
+    pub(crate) const BALLS: [&str; 3] = ["upper left ball", "lower left ball", "right ball"];
+    pub(crate) const ROPE: &str = "rope";
+    pub(crate) const TUBE: &str = "tube";
+    pub(crate) const FAT: &str = "fat";
+}
 
 /// Part of the layered tissue, as the procedure counts it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -45,6 +53,8 @@ impl Region {
 pub(crate) struct Organ {
     pub(crate) name: String,
     pub(crate) kind: Option<OrganKind>,
+    /// Middle of its spheres at rest, m; the origin in an anatomy without a compiled scene.
+    pub(crate) middle: Vec3,
 }
 
 /// A scene's organs and its layered tissue.
@@ -73,6 +83,7 @@ impl Anatomy {
         let organs = scene.organs().iter().map(|record| Organ {
             name: str_from_name(&record.name).unwrap_or_default().to_owned(),
             kind: OrganKind::from_u32(record.kind),
+            middle: middle(scene, record.spheres.map(|number| number as usize)),
         });
         let cells = scene.cells().iter().map(|cell| {
             let volume_m3 = f64::from(cell.volume_m3).max(0.0);
@@ -95,6 +106,7 @@ impl Anatomy {
         let organs = organs.iter().map(|&(name, kind)| Organ {
             name: name.to_owned(),
             kind: Some(kind),
+            middle: [0.0; 3],
         });
         let cells: Vec<_> = cells.iter().map(|region| (*region, 1.0)).collect();
         Self {
@@ -115,6 +127,19 @@ impl Anatomy {
 
     pub(crate) fn organ(&self, index: u32) -> Option<&Organ> {
         self.organs.get(index as usize)
+    }
+
+    /// Index of the organ of this name.
+    pub(crate) fn named(&self, name: &str) -> Option<u32> {
+        let found = self.organs.iter().position(|it| it.name == name)?;
+        u32::try_from(found).ok()
+    }
+
+    /// True if the scene is the phantom.
+    pub(crate) fn is_phantom(&self) -> bool {
+        let named = phantom::BALLS.into_iter();
+        let mut named = named.chain([phantom::ROPE, phantom::TUBE, phantom::FAT]);
+        named.all(|name| self.named(name).is_some()) && self.has_cells(Region::Elsewhere)
     }
 
     pub(crate) fn kind(&self, index: u32) -> Option<OrganKind> {
@@ -141,6 +166,13 @@ impl Anatomy {
             .get(region as usize)
             .is_some_and(|it| *it > 0.0)
     }
+}
+
+/// Middle of `count` spheres from the `first` on, at rest, m.
+fn middle(scene: &SceneFile, [first, count]: [usize; 2]) -> Vec3 {
+    let own = scene.spheres().iter().skip(first).take(count);
+    let total = own.fold([0.0; 3], |all, it| sum(all, wide(it.center_m)));
+    total.map(|it| it / count.max(1) as f64)
 }
 
 /// Cells whose centre at rest is within the controller's clearing distance of cystic duct or

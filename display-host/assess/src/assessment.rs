@@ -261,6 +261,7 @@ impl Assessment {
         let (rules, anatomy) = (&self.rules, &self.anatomy);
         let seconds = self.tally.moved(at_ns, moved, anatomy, rules);
         self.procedure.moved(moved, seconds, anatomy, rules);
+        self.procedure.drilled(moved, &self.tally, anatomy);
         self.procedure.know(&self.tally, &self.anatomy);
         let at_s = self.seconds(at_ns) as f32;
         let places = [moved.tip_m, moved.world_from_camera.position_m];
@@ -363,6 +364,8 @@ impl Assessment {
         values.set(Metric::Alarms, self.alarms.len() as f64);
         values.set(Metric::Restarts, self.restarts.into());
         values.set(Metric::LostEvents, self.lost_events as f64);
+        let complications = self.acts.iter().filter(|it| it.complicates()).count();
+        values.set(Metric::Complications, complications as f64);
         values
     }
 
@@ -450,7 +453,7 @@ impl Assessment {
                 (Outcome::Aborted, open.collect())
             }
         });
-        let has_view = !matches!(self.task, Task::Scope | Task::Basics);
+        let has_view = !matches!(self.task, Task::Scope | Task::Basics | Task::Phantom);
         let has_view = has_view && self.anatomy.has_cells(Region::Triangle);
         let cvs = has_view.then(|| self.procedure.cvs());
         let score = match outcome {

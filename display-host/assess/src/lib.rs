@@ -46,6 +46,7 @@ mod hold;
 mod injury;
 mod means;
 pub mod metrics;
+mod phantom;
 mod procedure;
 pub mod report;
 mod rules;

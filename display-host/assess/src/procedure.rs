@@ -12,6 +12,7 @@ use crate::hold::Hold;
 use crate::injury::{Injuries, Injury, InjuryKind, Severity};
 use crate::means::Means;
 use crate::metrics::{Metric, Values};
+use crate::phantom::Phantom;
 use crate::rules::Rules;
 use crate::scope_drill::ScopeDrill;
 use crate::steady::Steady;
@@ -53,6 +54,7 @@ pub(crate) struct Procedure {
     had_view: bool,
     drill: ScopeDrill,
     basics: Basics,
+    phantom: Phantom,
     views: Views,
     steady: Steady,
     touches: u32,
@@ -87,6 +89,7 @@ impl Procedure {
             had_view: false,
             drill: ScopeDrill::new(anatomy),
             basics: Basics::default(),
+            phantom: Phantom::default(),
             views: Views::default(),
             steady: Steady::default(),
             touches: 0,
@@ -146,6 +149,13 @@ impl Procedure {
         }
     }
 
+    /// Takes a movement of the hands at the phantom.
+    pub(crate) fn drilled(&mut self, moved: &Movement, tally: &Tally, anatomy: &Anatomy) {
+        if self.task == Task::Phantom {
+            self.phantom.moved(moved, tally, anatomy);
+        }
+    }
+
     /// Notes the true state of the critical view in the model, until duct or artery is first
     /// clipped, divided or damaged.
     pub(crate) fn know(&mut self, tally: &Tally, anatomy: &Anatomy) {
@@ -192,8 +202,10 @@ impl Procedure {
         tally: &Tally,
     ) -> Wrong {
         self.had_view |= self.view(anatomy, rules, tally);
-        if self.task == Task::Basics {
-            self.basics.event(event, anatomy);
+        match self.task {
+            Task::Basics => self.basics.event(event, anatomy),
+            Task::Phantom => self.phantom.event(event, tally, anatomy),
+            _ => {}
         }
         self.find_injury(at_s, event, anatomy, rules);
         let mut wrong = Wrong::default();
@@ -526,6 +538,9 @@ impl Procedure {
         }
         if self.task == Task::Basics {
             steps = Basics::steps(anatomy, self.basics.done());
+        }
+        if self.task == Task::Phantom {
+            steps = self.phantom.steps();
         }
         steps
     }

@@ -57,6 +57,23 @@ pub enum Step {
     },
     /// Coagulate a strand of tissue between gallbladder and liver.
     Coagulate,
+    /// Touch an organ with the instrument.
+    Touch {
+        /// The organ's name in the scene.
+        organ: String,
+    },
+    /// Grasp an organ and carry it to another one.
+    Carry {
+        /// The organ's name in the scene.
+        organ: String,
+        /// Name of the other one.
+        to: String,
+    },
+    /// Take layered tissue away with the hook.
+    Clear {
+        /// The organ's name in the scene.
+        organ: String,
+    },
 }
 
 impl fmt::Display for Step {
@@ -79,6 +96,9 @@ impl fmt::Display for Step {
             Self::Meet => to.write_str("Bring the tip into the middle of the picture"),
             Self::Grasp { organ } => write!(to, "Grasp the {organ}"),
             Self::Coagulate => to.write_str("Coagulate a strand of tissue"),
+            Self::Touch { organ } => write!(to, "Touch the {organ}"),
+            Self::Carry { organ, to: goal } => write!(to, "Carry the {organ} to the {goal}"),
+            Self::Clear { organ } => write!(to, "Take some of the {organ} away"),
         }
     }
 }
@@ -88,8 +108,10 @@ impl Step {
     /// nothing to do.
     pub(crate) fn instrument(&self) -> Option<Instrument> {
         match self {
-            Self::Hang { .. } | Self::Grasp { .. } => Some(Instrument::Grasper),
-            Self::Triangle | Self::LowerBed | Self::Free | Self::Coagulate => {
+            Self::Hang { .. } | Self::Grasp { .. } | Self::Touch { .. } | Self::Carry { .. } => {
+                Some(Instrument::Grasper)
+            }
+            Self::Triangle | Self::LowerBed | Self::Free | Self::Coagulate | Self::Clear { .. } => {
                 Some(Instrument::Hook)
             }
             Self::Clip { .. } => Some(Instrument::ClipApplier),

@@ -24,13 +24,16 @@ pub enum Task {
     Scope,
     /// The first steps with camera and instrument, each with its goal.
     Basics,
+    /// Drills on the phantom: touch, grasp and carry, clip, cut, hook.
+    Phantom,
 }
 
 impl Task {
     /// All tasks, in the order in which they are learnt.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Basics,
         Self::Scope,
+        Self::Phantom,
         Self::Identify,
         Self::Clamp,
         Self::Cut,
@@ -51,6 +54,7 @@ impl Task {
             Self::Free => "free",
             Self::Scope => "scope",
             Self::Basics => "basics",
+            Self::Phantom => "phantom",
         }
     }
 
@@ -72,6 +76,7 @@ impl Task {
             Self::Free => "Free practice",
             Self::Scope => "Endoscope: show each organ in turn",
             Self::Basics => "First steps: camera, tip, grasp, clip, current",
+            Self::Phantom => "Drills on the phantom: touch, carry, clip, cut, hook",
         }
     }
 
@@ -101,6 +106,8 @@ impl Task {
             Self::Disconnect => layer(&[Region::LowerBed, Region::UpperBed]),
             Self::Full => vessel.or_else(|| layer(&Region::COUNTED)),
             Self::Free => None,
+            Self::Phantom => (!anatomy.is_phantom())
+                .then(|| "balls, rope, tube and fat of the phantom".to_owned()),
             Self::Scope => (!anatomy.has(OrganKind::Gallbladder)).then(|| "gallbladder".to_owned()),
         }
     }

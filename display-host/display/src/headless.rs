@@ -18,7 +18,7 @@ use crate::kept::Watch;
 use crate::latency::FrameRecord;
 use crate::painter::{Painter, Still};
 use crate::presentation::Presentation;
-use crate::ui::TaskView;
+use crate::ui::{Settings, TaskView};
 
 /// Period at which the services are read.
 const POLL: Duration = Duration::from_millis(2);
@@ -74,6 +74,8 @@ pub enum Observed<'a> {
     State(&'a StateFrame),
     /// The endoscope's view changed: its angle to the shaft, and its turn about the shaft, rad.
     Scope([f32; 2]),
+    /// The user changed the settings.
+    Settings(Settings),
     /// The first state has arrived and pictures can be drawn: the run's time starts.
     Begun,
     /// Progress for a waiting user, at most twice a second.

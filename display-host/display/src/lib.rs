@@ -17,6 +17,7 @@ pub mod animation;
 pub mod effects;
 pub mod error;
 pub mod feed;
+pub mod fonts;
 pub mod gallery;
 pub mod headless;
 pub mod kept;

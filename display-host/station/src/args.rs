@@ -6,28 +6,38 @@ use std::path::PathBuf;
 
 use assess::{Difficulty, Task};
 use clap::{Args, ValueEnum};
-use display_host::ui::Look;
+use display_host::ui::{Look, Settings};
 use display_host::words::Language;
 use store::{Store, StoreError};
 
 use crate::home;
 use crate::problem::Problem;
 use crate::say;
+use crate::settings;
 
 /// Tasks that need duct, artery and layered tissue.
 pub(crate) const IN_TRIANGLE: [&str; 6] =
     ["basics", "identify", "clamp", "cut", "disconnect", "full"];
 
+/// Scene that a task takes by itself, for each such task.
+pub(crate) fn scene_of(task: &str) -> Option<&'static str> {
+    match task {
+        "phantom" => Some("phantom"),
+        task => IN_TRIANGLE.contains(&task).then_some("triangle"),
+    }
+}
+
 /// Scene to run.
 #[derive(Debug, Clone, Default, Args)]
 pub(crate) struct SceneArgs {
     /// Scene: `built-in` (liver and gallbladder), `triangle` (with Calot's triangle; the default of
-    /// a task that needs it), `triangle-variant` (duct and artery take another course),
+    /// a task that needs it), `triangle-variant` (duct and artery take another course), `phantom`
+    /// (for drills),
     /// `patient:NAME` (ada, berta, clara, dora, edith or frieda, from easy to hard) or
     /// `patient:SEED` (any number), a recipe (.toml), a mesh (.obj .stl .ply .gltf .glb) or a
     /// compiled scene (.calot)
     #[arg(long, value_name = "NAME|FILE", default_value = "built-in",
-        default_value_ifs = IN_TRIANGLE.map(|task| ("task", task, Some("triangle"))))]
+        default_value_ifs = Task::ALL.map(|task| ("task", task.name(), scene_of(task.name()).or(Some("built-in")))))]
     pub(crate) scene: String,
     /// Folder with the meshes that the recipe names, e.g. /data/hra [default: folder of the recipe]
     #[arg(long, value_name = "DIR")]
@@ -122,59 +132,54 @@ pub(crate) enum LanguageName {
 }
 
 impl LanguageName {
-    /// The requested language, else that of the locale.
+    /// The requested language, else that of the kept settings, else that of the locale.
     pub(crate) fn or_users(asked: Option<Self>) -> Language {
         match asked {
             Some(Self::En) => Language::English,
             Some(Self::De) => Language::German,
-            None => {
+            None => settings::language().unwrap_or_else(|| {
                 let set = |name| std::env::var(name).ok().filter(|value| !value.is_empty());
                 let locale = set("LC_ALL").or_else(|| set("LC_MESSAGES"));
                 Language::of_locale(&locale.or_else(|| set("LANG")).unwrap_or_default())
-            }
+            }),
         }
     }
 }
 
 /// Look of a window, and sensitivity of mouse and keyboard.
-#[derive(Debug, Clone, Copy, Args)]
+#[derive(Debug, Clone, Copy, Default, Args)]
 #[command(next_help_heading = "Window")]
 pub(crate) struct LookArgs {
-    /// Size of all text, per cent of the usual one
-    #[arg(long, value_name = "PERCENT", default_value = "100",
+    /// Size of all text, per cent of the usual one [default: that of the last settings, else 100]
+    #[arg(long, value_name = "PERCENT",
           value_parser = clap::value_parser!(u16).range(80..=200))]
-    pub(crate) text_size: u16,
+    pub(crate) text_size: Option<u16>,
     /// Theme of high contrast
     #[arg(long)]
     pub(crate) high_contrast: bool,
     /// Layout for a left hand at the mouse: its buttons and the panel change sides
     #[arg(long)]
     pub(crate) left_handed: bool,
-    /// Motion of the instrument for a motion of mouse or key, per cent of the usual one
-    #[arg(long, value_name = "PERCENT", default_value = "100",
+    /// Motion of the instrument for a motion of mouse or key, per cent of the usual one [default:
+    /// that of the last settings, else 100]
+    #[arg(long, value_name = "PERCENT",
           value_parser = clap::value_parser!(u16).range(25..=400))]
-    pub(crate) sensitivity: u16,
+    pub(crate) sensitivity: Option<u16>,
 }
 
 impl LookArgs {
-    pub(crate) fn look(self) -> Look {
-        Look {
-            text_percent: self.text_size,
-            high_contrast: self.high_contrast,
-            left_handed: self.left_handed,
-            sensitivity_percent: self.sensitivity,
-        }
-    }
-}
-
-impl Default for LookArgs {
-    fn default() -> Self {
-        let usual = Look::default();
-        Self {
-            text_size: usual.text_percent,
-            high_contrast: false,
-            left_handed: false,
-            sensitivity: usual.sensitivity_percent,
+    /// Settings at the start of a window: the options, else what was kept, else the usual ones.
+    pub(crate) fn settings(self, language: Option<LanguageName>) -> Settings {
+        let kept = settings::kept();
+        Settings {
+            language: LanguageName::or_users(language),
+            look: Look {
+                text_percent: self.text_size.unwrap_or(kept.look.text_percent),
+                high_contrast: self.high_contrast || kept.look.high_contrast,
+                left_handed: self.left_handed || kept.look.left_handed,
+                sensitivity_percent: self.sensitivity.unwrap_or(kept.look.sensitivity_percent),
+            },
+            sound: kept.sound,
         }
     }
 }

@@ -33,6 +33,7 @@ mod run;
 mod say;
 mod scene;
 mod schema;
+mod settings;
 mod start;
 mod stop;
 mod store;

@@ -18,6 +18,7 @@ use crate::folder::{Folder, running_scene};
 use crate::problem::Problem;
 use crate::say;
 use crate::scene;
+use crate::settings;
 use crate::stop;
 
 /// Interval between two searches for a station that does not run yet.
@@ -86,8 +87,7 @@ pub(crate) fn run(args: &ObserveArgs) -> Result<ExitCode, Problem> {
         seconds: args.seconds,
         lose_device_after: None,
         tick_cpu: None,
-        language: LanguageName::or_users(args.language),
-        look: args.look.look(),
+        settings: args.look.settings(args.language),
         task: None,
         pictures: None,
         instructor: true,
@@ -96,10 +96,10 @@ pub(crate) fn run(args: &ObserveArgs) -> Result<ExitCode, Problem> {
         recording: None,
         patch: None,
     };
-    window::run(&config, &stop, &mut |observed| {
-        if let Observed::Warning(text) = observed {
-            say::note(format_args!("warning: {text}"));
-        }
+    window::run(&config, &stop, &mut |observed| match observed {
+        Observed::Warning(text) => say::note(format_args!("warning: {text}")),
+        Observed::Settings(changed) => settings::keep(&changed),
+        _ => {}
     })?;
     Ok(ExitCode::SUCCESS)
 }

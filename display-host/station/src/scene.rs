@@ -89,6 +89,9 @@ pub(crate) fn recipe(
     if source == "triangle" || source == "triangle-variant" {
         return Ok(Recipe::triangle(source != "triangle")?);
     }
+    if source == "phantom" {
+        return Ok(Recipe::phantom()?);
+    }
     if let Some(word) = source.strip_prefix(PREFIX) {
         return Ok(Patient::of_word(word)?.recipe()?);
     }
@@ -99,7 +102,7 @@ pub(crate) fn recipe(
         return Ok(Recipe::from_mesh(path, mesh)?);
     }
     Err(format!(
-        "'{source}' is not a scene: name `built-in`, `triangle`, `triangle-variant`, `patient:NAME` or `patient:SEED`, a recipe \
+        "'{source}' is not a scene: name `built-in`, `triangle`, `triangle-variant`, `phantom`, `patient:NAME` or `patient:SEED`, a recipe \
          (.toml), a mesh (.obj .stl .ply .gltf .glb), or a compiled scene (.calot)"
     )
     .into())

@@ -70,6 +70,10 @@ pub(crate) enum Act {
     BurnThrough(OrganKind, u32, f64),
     /// Close the jaws and draw what they hold back along the shaft by this distance, m.
     Pull(f64),
+    /// Close the jaws, carry what they hold to this organ, and open them there.
+    Carry(&'static str),
+    /// Touch the organ of this name with the tip.
+    Touch(&'static str),
     /// Withdraw along the shaft.
     Retreat,
     /// Turn the endoscope to an organ and hold it in the middle of the picture.
@@ -134,6 +138,9 @@ impl Surgeon {
                 }
                 if task == Task::Basics {
                     plan.extend(basics());
+                }
+                if task == Task::Phantom {
+                    plan.extend(drills());
                 }
             }
             Self::Unclamped => {
@@ -229,6 +236,28 @@ fn basics() -> [Act; 11] {
     ]
 }
 
+/// The drills on the phantom: touch, carry, clip, cut, take fat away.
+fn drills() -> Vec<Act> {
+    let mut plan = vec![Act::Take(Instrument::Grasper)];
+    for ball in ["upper left ball", "lower left ball", "right ball"] {
+        plan.extend([Act::Touch(ball), Act::Retreat]);
+    }
+    plan.extend([
+        Act::Touch("rope"),
+        Act::Carry("right ball"),
+        Act::Retreat,
+        Act::Take(Instrument::ClipApplier),
+        Act::Work(OrganKind::CysticDuct, 0.45),
+        Act::Work(OrganKind::CysticDuct, 0.8),
+        Act::Take(Instrument::Scissors),
+        Act::Work(OrganKind::CysticDuct, CUT),
+        Act::Take(Instrument::Hook),
+        Act::Dissect(&[CellRecord::NOWHERE], CLEARED),
+        Act::Retreat,
+    ]);
+    plan
+}
+
 /// The hook at this organ, with this current until its wall is gone.
 fn burning(kind: OrganKind, pedal: u32) -> [Act; 4] {
     [
@@ -257,6 +286,8 @@ pub(crate) const CUT: f64 = 0.65;
 const VIEW: f64 = 0.91;
 /// Share of the tissue of the upper bed that the first strand is.
 const STRAND: f64 = 0.02;
+/// Share of the phantom's fat that is taken away, a little more than its drill asks for.
+const CLEARED: f64 = 0.06;
 /// Share of the tissue of the whole bed that is removed, a little more than the pass rules require.
 const WHOLE: f64 = 0.985;
 

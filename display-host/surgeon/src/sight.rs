@@ -1,7 +1,7 @@
 //! Positions of the organs: a compiled scene moved by its latest frame.
 
 use shared_mem::message::{ClipMsg, SphereState, StateFrame};
-use shared_mem::scene::{AttachmentRecord, OrganKind, SceneFile, WORLD};
+use shared_mem::scene::{AttachmentRecord, OrganKind, SceneFile, WORLD, str_from_name};
 
 use crate::vector::{Vec3, wide};
 
@@ -74,6 +74,12 @@ impl Sight {
     pub(crate) fn organ(&self, kind: OrganKind) -> Option<usize> {
         let mut organs = self.scene.organs().iter();
         organs.position(|organ| organ.kind == kind as u32)
+    }
+
+    /// The organ of this name.
+    pub(crate) fn named(&self, name: &str) -> Option<usize> {
+        let mut organs = self.scene.organs().iter();
+        organs.position(|organ| str_from_name(&organ.name) == Some(name))
     }
 
     pub(crate) fn is_tube(&self, organ: usize) -> bool {

@@ -23,6 +23,8 @@ pub(crate) const BITE: f64 = 0.7;
 pub(crate) const BACK_M: f64 = 0.03;
 /// Withdrawal after which a hurried surgeon opens the jaws, m.
 const AWAY_M: f64 = 0.12;
+/// Distance before an organ from which the tip goes straight to it, m.
+const FRONT_M: f64 = 0.012;
 /// Withdrawal before an exchange of instruments, m.
 const OUT_M: f64 = 0.05;
 /// Distance within which a movement has arrived, m.
@@ -176,6 +178,15 @@ impl Work<'_> {
                 self.goes_on()?;
                 pulled
             }
+            Act::Touch(name) => self.touch(name),
+            Act::Carry(name) => {
+                self.asked.buttons = Buttons::GRASP.bits();
+                self.wait(JAWS_S)?;
+                let carried = self.touch(name);
+                self.asked.buttons = Buttons::NONE.bits();
+                self.wait(JAWS_S)?;
+                carried
+            }
             Act::Retreat => self.retreat(BACK_M),
             Act::Show(kind) => self.show(kind),
             Act::ShowView(side) => self.show_view(side),
@@ -270,6 +281,20 @@ impl Work<'_> {
             true => Ok(()),
             false => Err(format!("the {} did not come", instrument.name())),
         }
+    }
+
+    /// Brings the tip to the side of an organ that is nearest to it: first in front of it, then to
+    /// it.
+    fn touch(&mut self, name: &str) -> Result<(), String> {
+        let organ = self.sight.named(name);
+        let organ = organ.ok_or_else(|| format!("the scene has no {name}"))?;
+        let sphere = self.sight.nearest(organ, self.tip(), &self.seen.state);
+        let place = |work: &Self| {
+            let at = work.sight.now(sphere?, &work.seen.state);
+            Some(Place { at, along: None })
+        };
+        self.reach(&place, FRONT_M, false)?;
+        self.reach(&place, 0.0, false)
     }
 
     /// Withdraws along the shaft.

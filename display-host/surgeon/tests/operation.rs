@@ -88,6 +88,31 @@ fn the_careful_shows_the_first_steps() {
 }
 
 #[test]
+fn the_careful_shows_the_drills_on_the_phantom() {
+    let times_s = [150.0, 0.0];
+    let result = work(
+        None,
+        Surgeon::Careful,
+        Task::Phantom,
+        &theatre::phantom(),
+        times_s,
+        &mut |_, _| {},
+    );
+    let it = &result.assessed;
+    println!(
+        "{:?} {:.1} {:?} after {:.1} s; {:?}; it said {:?}",
+        it.outcome,
+        it.score,
+        it.lost,
+        result.ticks as f64 * 1e-3,
+        it.steps,
+        result.said
+    );
+    assert_eq!(it.outcome, Outcome::Passed, "{:?}", it.reasons);
+    assert_eq!(it.steps.len(), 7);
+}
+
+#[test]
 fn the_hurried_tears_where_the_careful_clamps() {
     let result = operate(Surgeon::Hurried, Task::Clamp, 30);
     let mut alarms = result.assessed.alarms.iter();

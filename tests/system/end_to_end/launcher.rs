@@ -74,9 +74,9 @@ fn keyboard_leads_from_the_start_to_the_debrief() {
     let station = station_name("start");
     let (mut launcher, store, sessions) = start(&screen, &station, folder.path());
     let desk = &screen.window("Calot: Start");
-    // Key 2 chooses the endoscope drill, key 8 free practice. N moves to the name.
+    // Key 2 chooses the endoscope drill, key 9 free practice. N moves to the name.
     screen.press_and_see(desk, "2");
-    screen.press_and_see(desk, "8");
+    screen.press_and_see(desk, "9");
     screen.press_and_see(desk, "n");
     for letter in ["a", "d", "a"] {
         screen.press_and_see(desk, letter);

@@ -23,6 +23,7 @@ mod lost;
 mod main_job;
 mod operation;
 mod photon;
+mod reader;
 mod reference;
 mod registry;
 mod replay;

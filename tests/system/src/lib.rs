@@ -6,6 +6,7 @@ pub mod documents;
 pub mod lrs;
 pub mod postgres;
 mod program;
+pub mod reader;
 pub mod screen;
 
 use std::collections::BTreeMap;
@@ -33,6 +34,11 @@ pub fn calot() -> Command {
     command.current_dir(root()).stdin(Stdio::null());
     // Runs share a cache, so that they prepare each scene once.
     command.env("XDG_CACHE_HOME", built().join("cache"));
+    // Neither the settings of whoever runs the tests hold, nor those of another test.
+    static COUNT: AtomicU32 = AtomicU32::new(0);
+    let count = COUNT.fetch_add(1, Ordering::Relaxed);
+    let own = format!("settings-{}-{count}", std::process::id());
+    command.env("XDG_CONFIG_HOME", std::env::temp_dir().join(own));
     command
 }
 

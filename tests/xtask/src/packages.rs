@@ -10,7 +10,7 @@ struct Need {
     is_there: fn() -> bool,
 }
 
-const NEEDS: [Need; 8] = [
+const NEEDS: [Need; 10] = [
     Need {
         what: "a Vulkan loader",
         package: "libvulkan1",
@@ -34,6 +34,20 @@ const NEEDS: [Need; 8] = [
         package: "xdotool",
         only_for_tests: true,
         is_there: || on_path("xdotool"),
+    },
+    Need {
+        what: "the accessibility bus, through which a screen reader works windows",
+        package: "at-spi2-core",
+        only_for_tests: true,
+        is_there: || {
+            std::path::Path::new("/usr/share/dbus-1/services/org.a11y.Bus.service").is_file()
+        },
+    },
+    Need {
+        what: "D-Bus, which carries it",
+        package: "dbus",
+        only_for_tests: true,
+        is_there: || on_path("dbus-daemon") && on_path("dbus-send"),
     },
     Need {
         what: "a C++ compiler, for the firmware header and its sketches",

@@ -204,6 +204,9 @@ metrics! {
     Bed "bed" "1"
         "Share of the layered tissue of the whole bed that is removed, by volume."
         "paper, task 4"
+    Complications "complications" "n"
+        "Times that an instructor fogged the lens, started a bleeding or let a clip slip. Learning curves leave such sessions out."
+        "own"
     Alarms "alarms" "n" "Alarms of any kind." "paper, evaluation"
 }
 

@@ -49,6 +49,7 @@ impl Procedure {
             Step::Triangle => removed(&[Region::Triangle], done.triangle),
             Step::LowerBed => removed(&[Region::LowerBed], done.lower_bed),
             Step::Free => removed(&[Region::LowerBed, Region::UpperBed], done.bed),
+            _ if self.task == Task::Phantom => self.phantom.share(),
             Step::Clip { organ, count } => {
                 let which = VESSELS.iter().position(|(_, name)| name == organ)?;
                 let clips = self.vessels.get(which)?.clips();
@@ -59,7 +60,12 @@ impl Procedure {
                 Some(self.basics.share(done.look_s))
             }
             Step::ShowView { .. } => Some(self.views.hold(rules.view.as_ref()?)?.share),
-            Step::LeaveWhole | Step::Divide { .. } | Step::Grasp { .. } => None,
+            Step::LeaveWhole
+            | Step::Divide { .. }
+            | Step::Grasp { .. }
+            | Step::Touch { .. }
+            | Step::Carry { .. }
+            | Step::Clear { .. } => None,
         }
     }
 }

@@ -6,6 +6,7 @@ mod endoscope;
 mod errors;
 mod hand;
 mod injuries;
+mod phantom;
 mod views;
 
 use bytemuck::Zeroable as _;

@@ -105,6 +105,7 @@ impl Recorder {
             Observed::Begun
             | Observed::State(_)
             | Observed::Scope(_)
+            | Observed::Settings(_)
             | Observed::Progress(_)
             | Observed::Warning(_)
             | Observed::Over => {}

@@ -30,6 +30,8 @@ pub struct ActsView {
     pub fogs: usize,
     /// Number of times that an instructor paused.
     pub pauses: usize,
+    /// In a replay, all acts of the session with their times, s.
+    pub all: Vec<(f64, ActKind)>,
 }
 
 impl ActsView {
@@ -41,6 +43,12 @@ impl ActsView {
         let known = acts.iter().filter(|(at_s, _)| *at_s <= now_s);
         let known = known.filter_map(|(at_s, act)| Some((*at_s, act.kind().ok()?, act)));
         let mut view = Self::default();
+        if reader == ActsReader::Replay {
+            let all = acts.iter();
+            view.all = all
+                .filter_map(|(at_s, act)| Some((*at_s, act.kind().ok()?)))
+                .collect();
+        }
         for (at_s, kind, act) in known {
             let is_new = now_s - at_s < NOTICE_S;
             // A pause is told as long as it lasts.

@@ -157,6 +157,8 @@ pub(super) fn keys(ui: &Ui, state: &UiState) -> Vec<Asked> {
             .filter(|&(key, _)| input.key_pressed(key))
             .map(|(_, asked)| asked)
             .filter(|asked| !(state.instructor && asked.reaches_in()))
+            // An exchange lets go of tissue, and in a pause nothing changes.
+            .filter(|asked| !(state.is_paused() && matches!(asked, Asked::Instrument(_))))
             .collect()
     })
 }

@@ -117,6 +117,11 @@ fn acts(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
             }
         }
     });
+    // Above the field, where it stays in view in a low window.
+    if let Some((answer, is_done)) = &state.act_answer {
+        let mark = if *is_done { Mark::Good } else { Mark::Care };
+        line(ui, mark, answer);
+    }
     let id = Id::unique("remark");
     let kept: Option<(String, usize)> = ui.data(|it| it.get_temp(id));
     let (mut text, saved) = kept.unwrap_or_default();
@@ -134,10 +139,6 @@ fn acts(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
         asked.push(Asked::Act(act));
     }
     ui.data_mut(|it| it.insert_temp(id, (text, state.saved_remarks)));
-    if let Some((answer, is_done)) = &state.act_answer {
-        let mark = if *is_done { Mark::Good } else { Mark::Care };
-        line(ui, mark, answer);
-    }
 }
 
 #[cfg(test)]

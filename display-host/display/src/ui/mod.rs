@@ -8,6 +8,7 @@ pub mod feel;
 mod health;
 mod instructor;
 pub mod launcher;
+mod names;
 mod overlay;
 mod page;
 mod panel;

@@ -188,7 +188,9 @@ fn instruments(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     ui.label(words.say("instrument"));
     for number in Instrument::ALL.map(Instrument::number) {
         let text = format!("{} ({})", words.say(instrument_id(number)), number + 1);
-        if ui.selectable_label(held == Some(number), text).clicked() {
+        // An exchange lets go of tissue, and in a pause nothing changes.
+        let button = egui::Button::selectable(held == Some(number), text);
+        if ui.add_enabled(!state.is_paused(), button).clicked() {
             asked.push(Asked::Instrument(number));
         }
     }

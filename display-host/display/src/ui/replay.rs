@@ -2,10 +2,15 @@
 
 use egui::{Key, Slider, Ui};
 
+use super::acts::message;
+use super::task::minutes;
+use super::widgets::CARE;
 use super::{Asked, FreeView, UiState};
 
 /// Steps of the keys and buttons, s.
 const STEPS_S: [i32; 4] = [-10, -1, 1, 10];
+/// Time by which a replay begins before an act, s.
+const BEFORE_S: f64 = 1.0;
 /// Speeds to choose from, in thousandths of the recorded one.
 const SPEEDS: [u32; 5] = [100, 250, 500, 1000, 2000];
 
@@ -61,6 +66,7 @@ pub(super) fn show(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
         .fixed_decimals(1);
     let slider = ui.add(slider);
     let name = words.say("replay-slider");
+    marks(ui, slider.rect, state, view.end_s());
     slider.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Slider, true, &name));
     if slider.dragged() {
         ui.data_mut(|it| it.insert_temp(held, at_s));
@@ -90,6 +96,7 @@ pub(super) fn show(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
             }
         }
     });
+    acts(ui, state, asked);
     if let Some(to) = view.seeks_s {
         let values = [("at", time(view.at_s).into()), ("to", time(to).into())];
         ui.label(words.say_with("replay-seeks", &values));
@@ -102,6 +109,37 @@ pub(super) fn show(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     });
     ui.label(words.say("replay-free-help"));
     ui.separator();
+}
+
+/// Marks the instructor's acts under the slider.
+fn marks(ui: &Ui, slider: egui::Rect, state: &UiState, end_s: f64) {
+    // The ends of the way of the slider's handle. The number stands to the right of the way.
+    let half = 0.5 * slider.height();
+    let width = (ui.spacing().slider_width - 2.0 * half).max(0.0);
+    for (at_s, _) in &state.acts.all {
+        let share = (at_s / end_s.max(0.1)).clamp(0.0, 1.0) as f32;
+        let x = slider.left() + half + share * width;
+        let ends = [slider.bottom() - 4.0, slider.bottom() + 2.0].map(|y| egui::pos2(x, y));
+        ui.painter()
+            .line_segment(ends, egui::Stroke::new(3.0, CARE));
+    }
+}
+
+/// Lists the instructor's acts. Each goes to its moment.
+fn acts(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
+    let words = &state.words;
+    if state.acts.all.is_empty() {
+        return;
+    }
+    ui.label(words.say("page-acts"));
+    ui.horizontal_wrapped(|ui| {
+        for (at_s, kind) in &state.acts.all {
+            let what = words.say(&message(*kind));
+            if ui.button(format!("{}  {what}", minutes(*at_s))).clicked() {
+                asked.push(seek((at_s - BEFORE_S).max(0.0)));
+            }
+        }
+    });
 }
 
 /// Requests by keys in a replay.

@@ -25,6 +25,8 @@ pub(super) enum Sketch {
     Cut,
     Current,
     Peel,
+    Touch,
+    Carry,
 }
 
 /// Steps of the whole operation, shown one after the other.
@@ -38,11 +40,21 @@ const BASICS: [Sketch; 5] = [
     Sketch::Current,
 ];
 
+/// The drills on the phantom, shown one after the other.
+const PHANTOM: [Sketch; 5] = [
+    Sketch::Touch,
+    Sketch::Carry,
+    Sketch::Clip,
+    Sketch::Cut,
+    Sketch::Current,
+];
+
 impl Sketch {
     /// Pictures of a task, by its name.
     fn of_task(task: &str) -> &'static [Self] {
         match task {
             "basics" => &BASICS,
+            "phantom" => &PHANTOM,
             "scope" => &[Self::Camera],
             "identify" => &[Self::Current],
             "clamp" => &[Self::Clip],
@@ -63,6 +75,9 @@ impl Sketch {
             Step::Divide { .. } => Self::Cut,
             Step::Triangle | Step::LeaveWhole | Step::Coagulate => Self::Current,
             Step::LowerBed | Step::Free => Self::Peel,
+            Step::Touch { .. } => Self::Touch,
+            Step::Carry { .. } => Self::Carry,
+            Step::Clear { .. } => Self::Current,
         }
     }
 }
@@ -208,7 +223,37 @@ impl Scene {
             Sketch::Cut => self.cut(phase),
             Sketch::Current => self.current(phase),
             Sketch::Peel => self.peel(phase),
+            Sketch::Touch => self.touch(phase),
+            Sketch::Carry => self.carry(phase),
         }
+    }
+
+    fn touch(&self, phase: f32) {
+        let balls = [[-0.5, 0.35], [-0.5, -0.35], [0.4, 0.0f32]];
+        let time = 3.0 * phase.min(0.999);
+        let (number, share) = (time as usize, time.fract());
+        for (ball, at) in balls.into_iter().enumerate() {
+            let is_touched = ball < number || ball == number && share > 0.6;
+            self.blob(at, [0.19, 0.19], if is_touched { SIGHT } else { LIVER });
+        }
+        let goal = balls.get(number).copied().unwrap_or_default();
+        let off = 1.0 - between(share, 0.0, 0.6) + between(share, 0.75, 1.0);
+        self.jaws(
+            [goal[0] + 0.2 + 0.4 * off, goal[1] - 0.1 - 0.4 * off],
+            0.0,
+            METAL,
+        );
+    }
+
+    fn carry(&self, phase: f32) {
+        let (near, shut) = (between(phase, 0.0, 0.3), between(phase, 0.32, 0.42));
+        let way = between(phase, 0.45, 0.85);
+        self.blob([0.5, -0.45], [0.2, 0.2], LIVER);
+        let end = [0.1 + 0.18 * way, 0.45 - 0.6 * way];
+        self.line([[-0.7, 0.5], [-0.3, 0.52]], 0.16, BAG);
+        self.line([[-0.3, 0.52], end], 0.16, BAG);
+        let tip = [end[0] + 0.5 * (1.0 - near), end[1] - 0.5 * (1.0 - near)];
+        self.jaws(tip, 1.0 - shut, METAL);
     }
 
     fn grasp(&self, phase: f32) {

@@ -71,6 +71,7 @@ impl Canvas {
         );
         let context = egui::Context::default();
         context.set_theme(egui::Theme::Dark);
+        crate::fonts::add(&context);
         let mut input = egui_winit::State::new(
             context,
             egui::ViewportId::ROOT,

@@ -36,8 +36,7 @@ use crate::patch::Patch;
 use crate::render::camera::Scope;
 use crate::render::lens::Lens;
 use crate::sound::Sound;
-use crate::ui::{ActsView, Look, RecordingView, ReplayView, TaskView};
-use crate::words::Language;
+use crate::ui::{ActsView, RecordingView, ReplayView, Settings, TaskView};
 
 /// Pause between the frames of an invisible window.
 const UNSEEN: Duration = Duration::from_millis(50);
@@ -65,10 +64,8 @@ pub struct WindowConfig {
     pub lose_device_after: Option<u64>,
     /// Core of the realtime thread, which the display avoids.
     pub tick_cpu: Option<usize>,
-    /// The interface's language.
-    pub language: Language,
-    /// Look of the interface, and settings of mouse and keyboard.
-    pub look: Look,
+    /// Settings of the interface at the start. Each change is observed.
+    pub settings: Settings,
     /// State of the task, updated by its assessor.
     pub task: Option<Arc<Mutex<TaskView>>>,
     /// Folder for pictures of the critical view, taken when it was held.
@@ -116,7 +113,7 @@ pub fn run(
             &config.station,
             (!config.muted).then(|| Sound::start(config.tick_cpu)),
             config.task.clone(),
-            (config.language, config.look),
+            config.settings,
         )
         .showing(config.replay.clone(), config.recording.clone())
         .with_patch(config.patch.clone())

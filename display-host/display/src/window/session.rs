@@ -16,6 +16,7 @@ use shared_mem::scene::{SceneFile, str_from_name};
 use shared_mem::service::{ActSender, Host, ServiceError, Station, TaskReceiver};
 use shared_mem::task::TaskMsg;
 
+use self::acts::StuckMark;
 use super::frames::{Frames, rate};
 use super::free_view::FreeCamera;
 use super::operate::{Lead, Operate};
@@ -35,7 +36,6 @@ use crate::ui::{
     ActsView, Link, Look, Overlay, PauseNote, RecordingView, ReplayView, Settings, TaskView,
     UiState, towards_tip,
 };
-use crate::words::Language;
 
 pub(super) struct Session {
     host: Host,
@@ -72,6 +72,8 @@ pub(super) struct Session {
     pause_note: PauseNote,
     /// An instructor's way to the station, and the acts that went it, with their times, s.
     desk: Option<(ActSender, Vec<(f64, ActMsg)>)>,
+    /// The instructor's mark, if there is one.
+    mark: Option<StuckMark>,
     /// Optics of the last picture.
     scope: Scope,
     /// Number of times that an instructor fogged the lens, as far as the picture shows it.
@@ -105,20 +107,16 @@ impl Session {
         station: &Station,
         sound: Option<Sound>,
         task: Option<Arc<Mutex<TaskView>>>,
-        (language, look): (Language, Look),
+        settings: Settings,
     ) -> Self {
         let mut ui = UiState {
             station: station.name().to_owned(),
             scene: scene.name().to_owned(),
             ..UiState::default()
         };
-        ui.set(Settings {
-            language,
-            look,
-            ..Settings::default()
-        });
+        ui.set(settings);
         let mut operate = Operate::new(station);
-        operate.set(lead(look));
+        operate.set(lead(settings.look));
         ui.task = ui.words.say("task-none");
         Self {
             host,
@@ -143,6 +141,7 @@ impl Session {
             acts: None,
             pause_note: PauseNote::default(),
             desk: None,
+            mark: None,
             scope: Scope::default(),
             fogs: 0,
             bulletins: None,

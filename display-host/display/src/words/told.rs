@@ -5,6 +5,9 @@ use assess::{Advice, Hint, Hold, InjuryKind, Instrument, Lack, Metric, Reason, S
 
 use super::Words;
 
+/// Name of the phantom's tube in its recipe.
+const PHANTOM_TUBE: &str = "tube";
+
 impl Words {
     /// Text of a step.
     #[must_use]
@@ -34,6 +37,12 @@ impl Words {
             Step::Meet => self.say("step-meet"),
             Step::Grasp { organ } => with_organ("step-grasp", organ),
             Step::Coagulate => self.say("step-coagulate"),
+            Step::Touch { organ } => with_organ("step-touch", organ),
+            Step::Carry { organ, to } => {
+                let [organ, goal] = [organ, to].map(|it| self.organ(it).into());
+                self.say_with("step-carry", &[("organ", organ), ("goal", goal)])
+            }
+            Step::Clear { organ } => with_organ("step-clear", organ),
         }
     }
 
@@ -45,6 +54,8 @@ impl Words {
             Step::Triangle => "place-triangle",
             Step::LowerBed => "place-lower-bed",
             Step::LeaveWhole => "place-leave-whole",
+            Step::Clip { organ, .. } if organ == PHANTOM_TUBE => "place-clip-phantom",
+            Step::Divide { organ } if organ == PHANTOM_TUBE => "place-divide-phantom",
             Step::Clip { .. } => "place-clip",
             Step::Divide { .. } => "place-divide",
             Step::Free => "place-free",
@@ -53,6 +64,9 @@ impl Words {
             Step::Meet => "place-meet",
             Step::Grasp { .. } => "place-grasp",
             Step::Coagulate => "place-coagulate",
+            Step::Touch { .. } => "place-touch",
+            Step::Carry { .. } => "place-carry",
+            Step::Clear { .. } => "place-clear",
         })
     }
 
@@ -100,6 +114,8 @@ impl Words {
             }
             Advice::Use(_) if matches!(hint.step, Step::Grasp { .. }) => "hint-grasp",
             Advice::Use(_) if hint.step == Step::Coagulate => "hint-coagulate",
+            Advice::Use(_) if matches!(hint.step, Step::Touch { .. }) => "hint-touch",
+            Advice::Use(_) if matches!(hint.step, Step::Carry { .. }) => "hint-carry",
             Advice::Use(Instrument::Grasper) => "hint-grasper",
             Advice::Use(Instrument::Hook) => "hint-hook",
             Advice::Use(Instrument::Scissors) => "hint-scissors",
@@ -208,6 +224,16 @@ mod tests {
                 organ: organ(),
                 count: 1,
             },
+            clip(PHANTOM_TUBE),
+            Step::Divide {
+                organ: PHANTOM_TUBE.to_owned(),
+            },
+            Step::Touch { organ: organ() },
+            Step::Carry {
+                organ: organ(),
+                to: organ(),
+            },
+            Step::Clear { organ: organ() },
         ];
         let tools = [
             Instrument::Grasper,
@@ -226,6 +252,14 @@ mod tests {
             (Step::Meet, Advice::Hold),
             (Step::Grasp { organ: organ() }, Advice::Use(tools[0])),
             (Step::Coagulate, Advice::Use(tools[1])),
+            (Step::Touch { organ: organ() }, Advice::Use(tools[0])),
+            (
+                Step::Carry {
+                    organ: organ(),
+                    to: organ(),
+                },
+                Advice::Use(tools[0]),
+            ),
         ];
         let hints = hints.chain(special.map(|(step, advice)| Hint {
             step,

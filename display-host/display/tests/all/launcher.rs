@@ -422,6 +422,7 @@ fn progress() -> ProgressView {
             tasks: vec![task("basics", 2), task("scope", 1)],
         }],
         next: Some(("scope".into(), "beginner".into())),
+        has_certificate: false,
     }
 }
 
@@ -487,6 +488,60 @@ fn progress_is_shown_and_leads_to_the_next_task() {
     desk.key_press(Key::N);
     desk.run();
     assert!(desk.state().wishes.is_empty());
+}
+
+#[test]
+fn a_completed_level_has_a_certificate() {
+    for has_certificate in [false, true] {
+        let view = || ProgressView {
+            has_certificate,
+            ..progress()
+        };
+        let screens = [
+            Screen::Start(Start {
+                progress: Some(view()),
+                ..start()
+            }),
+            Screen::Debrief(Debrief {
+                progress: Some(view()),
+                ..debrief()
+            }),
+        ];
+        for screen in screens {
+            let mut desk = harness(screen);
+            desk.run();
+            desk.key_press(Key::C);
+            desk.run();
+            let wishes = usize::from(has_certificate);
+            assert_eq!(desk.state().wishes, vec![Wish::Certificate; wishes]);
+            let button = desk.query_by_label("Certificate (C)");
+            assert_eq!(button.is_some(), has_certificate);
+            if let Some(button) = button {
+                button.click();
+                desk.run();
+                assert_eq!(desk.state().wishes, vec![Wish::Certificate; 2]);
+            }
+        }
+    }
+}
+
+/// The built-in fonts stand for a computer without fonts of its own.
+#[test]
+fn a_name_without_a_font_is_told_and_kept() {
+    let told = "This computer has no font for this name";
+    for (name, lacks) in [("Ada \u{141}", false), ("\u{5F20}\u{4F1F}", true)] {
+        let mut desk = harness(Screen::Start(Start {
+            form: StartForm {
+                trainee: name.into(),
+                ..start().form
+            },
+            ..start()
+        }));
+        desk.run();
+        let found = desk.query_all_by_label_contains(told).count();
+        assert_eq!(found > 0, lacks, "{name}");
+        assert_eq!(form(&desk).trainee, name);
+    }
 }
 
 #[test]

@@ -729,6 +729,48 @@ fn a_session_shown_again_goes_where_it_is_asked_to() {
 }
 
 #[test]
+fn a_replay_lists_the_instructors_acts_and_goes_to_them() {
+    let mut panel = harness(UiState {
+        acts: ActsView {
+            all: vec![(0.4, ActKind::Point), (61.5, ActKind::Fog)],
+            ..ActsView::default()
+        },
+        ..shown_again()
+    });
+    panel.run();
+    for (name, asked) in [
+        ("0:00  Look here", Asked::Seek(0)),
+        ("1:01  Fogged the lens", Asked::Seek(60_500)),
+    ] {
+        panel.get_by_label(name).click();
+        panel.run();
+        assert_eq!(panel.state().asked, [asked], "{name}");
+        panel.state_mut().asked.clear();
+    }
+    assert!(
+        harness(shown_again())
+            .query_by_label_contains("Fogged")
+            .is_none()
+    );
+}
+
+#[test]
+fn in_a_pause_no_instrument_is_exchanged() {
+    for is_paused in [false, true] {
+        let mut state = live();
+        if let (Some(tools), true) = (&mut state.tools, is_paused) {
+            tools.switches |= 8;
+        }
+        let mut panel = harness(state);
+        panel.run();
+        panel.key_press(egui::Key::Num3);
+        panel.run();
+        let asked = panel.state().asked.contains(&Asked::Instrument(2));
+        assert_ne!(asked, is_paused);
+    }
+}
+
+#[test]
 fn the_slider_asks_once_it_is_let_go() {
     let mut panel = harness(shown_again());
     panel.run();

@@ -1,4 +1,4 @@
-//! Every screen in every language at four sizes: nothing is cut off, and nothing over the picture
+//! Every screen in every language at six sizes: nothing is cut off, and nothing over the picture
 //! covers another thing. `SCREENS=DIR cargo test -p display-host --test all screens` also draws the
 //! screens into the folder, to be looked at.
 
@@ -12,8 +12,8 @@ use display_host::ui::launcher::{
     launcher,
 };
 use display_host::ui::{
-    Bulletin, Link, Look, Notes, Overlay, Settings, TaskEnd, TaskNote, TaskView, TickHealth,
-    UiState, ui,
+    Bulletin, Link, Look, Notes, Overlay, ReplayView, Settings, TaskEnd, TaskNote, TaskView,
+    TickHealth, UiState, ui,
 };
 use display_host::words::{Language, Words};
 use egui::accesskit::Role;
@@ -26,11 +26,13 @@ use shared_mem::words::ActKind;
 use crate::feel::views;
 
 /// Width and height, pixels; size of the text, per cent.
-const SIZES: [[u16; 3]; 4] = [
+const SIZES: [[u16; 3]; 6] = [
     [800, 600, 100],
+    [800, 600, 200],
     [1280, 720, 100],
     [1280, 720, 200],
-    [1920, 1080, 100],
+    [1920, 1080, 80],
+    [3840, 2160, 200],
 ];
 
 enum Shown {
@@ -130,6 +132,7 @@ fn progress() -> ProgressView {
             tasks: vec![task("basics", 2), task("scope", 1)],
         }],
         next: Some(("disconnect".into(), "beginner".into())),
+        has_certificate: true,
     }
 }
 
@@ -390,6 +393,42 @@ fn screens() -> Vec<(&'static str, Shown)> {
                 state.act_mark = Some(glam::Vec2::new(0.2, 0.1));
             }),
         ),
+        (
+            "replay",
+            with(|state| {
+                state.task_view = None;
+                state.replay = Some(ReplayView {
+                    at_s: 65.0,
+                    length_s: 130.0,
+                    speed: 1.0,
+                    seeks_s: None,
+                });
+                state.acts.all = vec![(12.0, ActKind::Point), (61.5, ActKind::SlippedClip)];
+            }),
+        ),
+        (
+            "drill",
+            with(|state| {
+                if let Some(task) = &mut state.task_view {
+                    task.task = "phantom".into();
+                    task.alarm = None;
+                    let carry = || Step::Carry {
+                        organ: "rope".into(),
+                        to: "right ball".into(),
+                    };
+                    let clip = Step::Clip {
+                        organ: "tube".into(),
+                        count: 2,
+                    };
+                    task.steps = vec![(carry(), false), (clip, false)];
+                    task.hint = Some(Hint {
+                        step: carry(),
+                        advice: Advice::Use(Instrument::Grasper),
+                        percent: None,
+                    });
+                }
+            }),
+        ),
         ("waiting", with(|state| state.link = Link::Waiting)),
         (
             "instructor",
@@ -546,6 +585,7 @@ fn a_tight_picture_shows_the_alarm_if_no_panel_does() {
             if let Some(out) = out.as_ref().filter(|_| panel_hidden) {
                 let file = format!("tight-{}.png", language.code());
                 let picture = desk.render().expect("a driver draws it");
+                std::fs::create_dir_all(out).expect("the folder of SCREENS");
                 picture.save(out.join(file)).expect("a file in SCREENS");
             }
         }

@@ -1,7 +1,10 @@
 //! The curriculum: levels of tasks in the order in which they are learnt, each with a benchmark.
 //! A file (TOML) defines it, and one is built in.
 
+mod certificate;
 mod progress;
+
+pub(crate) use progress::Progress;
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -2,10 +2,10 @@
 
 use assess::{Difficulty, Outcome};
 use display_host::ui::launcher::{LevelView, ProgressView, TaskProgress};
-use display_host::words::Language;
+use display_host::words::{Language, Words};
 use store::{Hand, SessionRecord};
 
-use super::{Aim, Curriculum};
+use super::{Aim, Curriculum, certificate};
 
 /// Progress of a trainee, as JSON.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -41,6 +41,9 @@ struct AimProgress {
     in_a_row: usize,
     needed: usize,
     proficient: bool,
+    /// Beginning of the session that made the trainee proficient, Unix s.
+    #[serde(skip)]
+    since_unix_s: Option<i64>,
 }
 
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -92,6 +95,7 @@ impl Aim {
             in_a_row: 0,
             needed: self.passes,
             proficient: false,
+            since_unix_s: None,
         };
         for session in sessions.iter().filter(|it| self.takes(it)) {
             found.sessions += 1;
@@ -103,7 +107,10 @@ impl Aim {
                 (false, true) => found.in_a_row += 1,
                 (false, false) => found.in_a_row = 0,
             }
-            found.proficient |= found.in_a_row >= self.passes;
+            if !found.proficient && found.in_a_row >= self.passes {
+                found.proficient = true;
+                found.since_unix_s = Some(session.began_unix_s);
+            }
         }
         found
     }
@@ -118,6 +125,18 @@ impl Aim {
             && session.task == self.task.name()
             && given.is_some_and(|it| rank(it) >= rank(self.difficulty))
             && outcomes.iter().any(|it| it.name() == session.outcome)
+    }
+}
+
+impl AimProgress {
+    fn row(&self) -> certificate::Row {
+        certificate::Row {
+            task: self.task,
+            difficulty: self.difficulty,
+            benchmark: self.benchmark,
+            passes: self.needed,
+            since_unix_s: self.since_unix_s.unwrap_or_default(),
+        }
     }
 }
 
@@ -139,7 +158,34 @@ impl Progress {
             done: [self.proficient, self.of],
             levels: self.levels.iter().map(level).collect(),
             next: next.map(|it| (it.task.to_owned(), it.difficulty.to_owned())),
+            has_certificate: self.whole().next().is_some(),
         }
+    }
+
+    /// Levels in all tasks of which the trainee is proficient.
+    fn whole(&self) -> impl Iterator<Item = &LevelProgress> {
+        let is_whole = |it: &&LevelProgress| it.tasks.iter().all(|task| task.proficient);
+        self.levels
+            .iter()
+            .filter(|it| !it.tasks.is_empty())
+            .filter(is_whole)
+    }
+
+    /// The certificate of the levels that the trainee has completed, as a page. `None`: there is
+    /// no such level yet.
+    pub(crate) fn certificate(&self, words: &Words) -> Option<String> {
+        self.whole().next()?;
+        let levels = self.whole().map(|level| certificate::Level {
+            title: &level.title,
+            rows: level.tasks.iter().map(AimProgress::row).collect(),
+        });
+        let is_all = self.next.is_none();
+        Some(certificate::page(
+            &self.trainee,
+            is_all,
+            &levels.collect::<Vec<_>>(),
+            words,
+        ))
     }
 
     /// Lines for a terminal.
@@ -250,11 +296,48 @@ mod tests {
     }
 
     #[test]
+    fn a_certificate_lists_the_levels_that_are_complete() {
+        let pass = |task: &str, began_unix_s| SessionRecord {
+            began_unix_s,
+            ..session(task, "beginner", "passed", 90.0)
+        };
+        let english = Words::new(Language::English);
+        let some = progress(&[pass("basics", 1), pass("scope", 2)]);
+        assert!(some.certificate(&english).is_none() && !some.view().has_certificate);
+        let level = curriculum_first_level();
+        let mut sessions = Vec::new();
+        for (number, task) in level.iter().enumerate() {
+            let began = 1_790_000_000 + 86_400 * number as i64;
+            sessions.extend([pass(task, began), pass(task, began + 60)]);
+        }
+        let whole = progress(&sessions);
+        assert!(whole.view().has_certificate);
+        let page = whole.certificate(&english).unwrap();
+        for told in ["Ada", "First steps", "2026-09-21", "<html lang=\"en\">"] {
+            assert!(page.contains(told), "{told}: {page}");
+        }
+        assert!(!page.contains("The whole operation"), "{page}");
+        let german = whole.certificate(&Words::new(Language::German)).unwrap();
+        assert!(german.contains("Zertifikat") && !german.contains("certificate-"));
+        let evil = Progress {
+            trainee: "<script>".to_owned(),
+            ..whole
+        };
+        assert!(!evil.certificate(&english).unwrap().contains("<script>"));
+    }
+
+    fn curriculum_first_level() -> Vec<&'static str> {
+        let curriculum = Curriculum::read(None).unwrap();
+        let first = curriculum.levels.first().unwrap();
+        first.tasks.iter().map(|it| it.task.name()).collect()
+    }
+
+    #[test]
     fn it_is_told_in_a_terminal_and_in_the_window() {
         let all = progress(&[session("basics", "beginner", "passed", 100.0)]);
         let lines = all.lines().join("\n");
         for told in [
-            "Ada: proficient in 1 of 12 tasks",
+            "Ada: proficient in 1 of 13 tasks",
             "done  basics",
             "0 of 2 passes in a row at 80; 0 sessions, best –",
             "next: --task scope --difficulty beginner",
@@ -262,7 +345,7 @@ mod tests {
             assert!(lines.contains(told), "{told}: {lines}");
         }
         let view = all.view();
-        assert_eq!(view.done, [1, 12]);
+        assert_eq!(view.done, [1, 13]);
         assert_eq!(view.next, Some(("scope".to_owned(), "beginner".to_owned())));
         assert!(view.levels[0].tasks[0].is_proficient);
         let whole = Progress { next: None, ..all };

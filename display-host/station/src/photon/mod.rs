@@ -19,7 +19,7 @@ use std::time::Duration;
 
 use display_host::headless::Observed;
 use display_host::patch::{By, Patch, Place, Surface};
-use display_host::ui::Look;
+use display_host::ui::Settings;
 use display_host::window::{self, WindowConfig};
 use figures::{Machine, PresentationSummary};
 use jitter::photon::{self, FILE, Figures, Light, Pairs, Report, Screen, Spread};
@@ -124,8 +124,10 @@ fn show_and_measure(
         seconds: None,
         lose_device_after: None,
         tick_cpu: args.controller.realtime.core,
-        language: LanguageName::or_users(None),
-        look: Look::default(),
+        settings: Settings {
+            language: LanguageName::or_users(None),
+            ..Settings::default()
+        },
         task: None,
         instructor: false,
         acts: None,

@@ -18,9 +18,9 @@ Examples:
   calot prepare tests/assets/hra-female.toml --meshes DIR --out female.calot")]
 pub(crate) struct PrepareArgs {
     /// Scene: `built-in` (liver and gallbladder), `triangle` (with Calot's triangle),
-    /// `triangle-variant` (duct and artery take another course), `patient:NAME` or `patient:SEED`
-    /// (a patient; the report begins with her case), a recipe (.toml) or a mesh (.obj .stl .ply
-    /// .gltf .glb)
+    /// `triangle-variant` (duct and artery take another course), `phantom` (for drills),
+    /// `patient:NAME` or `patient:SEED` (a patient; the report begins with her case), a recipe
+    /// (.toml) or a mesh (.obj .stl .ply .gltf .glb)
     #[arg(value_name = "RECIPE|MESH")]
     pub(crate) source: String,
     /// Folder with the meshes that the recipe names, e.g. /data/hra [default: folder of the recipe]

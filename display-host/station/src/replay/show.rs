@@ -18,10 +18,10 @@ use shared_mem::service::Station;
 use super::args::ReplayArgs;
 use super::judge::Judge;
 use super::recorded::{LeftOut, next_in_order};
-use crate::args::LanguageName;
 use crate::folder::Folder;
 use crate::problem::Problem;
 use crate::say;
+use crate::settings;
 use crate::stop;
 
 /// Longest wait of the display for a state. After a seek, the ticks in between must run first.
@@ -87,6 +87,7 @@ pub(super) fn run(
         let mut observe = |observed: Observed<'_>| match observed {
             Observed::Begun => begun.store(true, Relaxed),
             Observed::Warning(text) => say::note(format_args!("warning: {text}")),
+            Observed::Settings(changed) => settings::keep(&changed),
             _ => {}
         };
         let watched = match args.frames {
@@ -159,8 +160,7 @@ fn window_config(
         seconds: None,
         lose_device_after: None,
         tick_cpu: None,
-        language: LanguageName::or_users(args.language),
-        look: args.look.look(),
+        settings: args.look.settings(args.language),
         task: None,
         pictures: None,
         instructor: false,

@@ -23,6 +23,8 @@ const PICTURES_MAX: usize = 16;
 const SIZE: [u32; 2] = [640, 480];
 /// Ticks per step of smoke, blood and sparks.
 const EFFECTS_EVERY: u64 = 20;
+/// Duration of a tick, s.
+const TICK_S: f32 = 0.001;
 /// Interval between progress messages.
 const PROGRESS: Duration = Duration::from_secs(1);
 
@@ -155,6 +157,8 @@ pub(crate) fn draw(
     let mut events = Vec::new();
     let mut left = wanted.iter().peekable();
     let mut said = Instant::now();
+    // Ticks outside of pauses since the effects were last played. In a pause nothing bleeds.
+    let mut passed = 0;
     let mut expected = 0;
     let ticks = core::iter::from_fn(|| next_in_order(&mut session, &mut expected).ok().flatten());
     replay.run(ticks, |tick| {
@@ -164,11 +168,13 @@ pub(crate) fn draw(
             events.clear();
         }
         events.extend(tick.events());
+        passed += u32::from(!tick.view.tool.switches.paused);
         let is_due = left.peek().is_some_and(|it| it.tick <= record.tick);
         if is_due || record.tick.is_multiple_of(EFFECTS_EVERY) {
             tick.fill(replay.scene_id(), &mut state, &mut tools);
-            album.pass(&state, &tools, &events, 0.001 * EFFECTS_EVERY as f32);
+            album.pass(&state, &tools, &events, TICK_S * passed as f32);
             events.clear();
+            passed = 0;
         }
         while let Some(it) = left.next_if(|it| it.tick <= record.tick) {
             match album.draw(&state, &tools) {

@@ -14,10 +14,10 @@ use shared_mem::scene::SceneFile;
 
 use super::args::RunArgs;
 use super::start::Started;
-use crate::args::LanguageName;
 use crate::folder::Folder;
 use crate::problem::Problem;
 use crate::say;
+use crate::settings;
 use crate::surgeon::AtWork;
 use crate::task::{self, Live};
 
@@ -101,6 +101,7 @@ impl<'a> Started<'a> {
                 }
                 Observed::Warning(text) => say::note(format_args!("warning: {text}")),
                 Observed::Scope(rad) => sight.tell(*rad),
+                Observed::Settings(changed) => settings::keep(changed),
                 // The controller ends while the last pictures are drawn.
                 Observed::Over => over.store(true, Ordering::Relaxed),
                 _ => {}
@@ -142,8 +143,7 @@ impl<'a> Started<'a> {
             seconds: args.seconds,
             lose_device_after: None,
             tick_cpu: args.controller.realtime.core,
-            language: LanguageName::or_users(args.language),
-            look: args.look.look(),
+            settings: args.look.settings(args.language),
             task: self.live.as_ref().map(|task| task.view.clone()),
             pictures: self.out.clone(),
             instructor: false,

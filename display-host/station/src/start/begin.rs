@@ -7,6 +7,7 @@ use display_host::ui::launcher::{Running, Screen, StartForm};
 
 use super::operation::Operation;
 use super::{Desk, choices, problem};
+use crate::settings;
 
 /// Prefix of the messages of `calot run` that the trainee sees. The others are for engineers.
 const PREPARING: &str = "preparing";
@@ -49,6 +50,7 @@ impl Desk {
         });
         match begun {
             Ok(operation) => {
+                self.kept = settings::kept();
                 self.operation = Some(operation);
                 self.show_running();
             }

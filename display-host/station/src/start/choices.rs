@@ -11,10 +11,12 @@ use crate::args::IN_TRIANGLE;
 
 /// Scene in which every task can be done.
 pub(super) const TRIANGLE: &str = "triangle";
+/// Scene of the drills.
+const PHANTOM: &str = "phantom";
 /// Scenes that need no file.
 pub(super) fn scenes() -> Vec<String> {
     let patients = NAMES.map(|name| format!("{PREFIX}{name}"));
-    let built_in = [TRIANGLE, "triangle-variant", "built-in"].map(str::to_owned);
+    let built_in = [TRIANGLE, "triangle-variant", "built-in", PHANTOM].map(str::to_owned);
     built_in.into_iter().chain(patients).collect()
 }
 
@@ -92,6 +94,20 @@ pub(super) fn fitting(before: &StartForm, mut form: StartForm) -> StartForm {
             false => form.scene = TRIANGLE.to_owned(),
         }
     }
+    let is_drill = form.task == Task::Phantom.name();
+    if is_drill != (form.scene == PHANTOM) {
+        let wish = match form.task == before.task {
+            // Another scene was chosen.
+            true if is_drill => (Task::Free.name(), None),
+            true => (Task::Phantom.name(), None),
+            // Another task was chosen.
+            false if is_drill => (Task::Phantom.name(), Some(PHANTOM)),
+            false => (form.task.as_str(), Some(TRIANGLE)),
+        };
+        let (task, scene) = (wish.0.to_owned(), wish.1.map(str::to_owned));
+        form.task = task;
+        form.scene = scene.unwrap_or(form.scene);
+    }
     let may_hang = form.scene != "built-in" && hanging().contains(&form.task.as_str());
     form.own_sutures &= may_hang;
     form
@@ -147,6 +163,30 @@ mod tests {
             },
         );
         assert_eq!((&*clamp.task, &*clamp.scene), ("clamp", TRIANGLE));
+        let drill = fitting(
+            &clamp,
+            StartForm {
+                task: "phantom".to_owned(),
+                ..clamp.clone()
+            },
+        );
+        assert_eq!((&*drill.task, &*drill.scene), ("phantom", PHANTOM));
+        for (scene, task) in [(TRIANGLE, "free"), (PHANTOM, "phantom")] {
+            let form = StartForm {
+                scene: scene.to_owned(),
+                ..drill.clone()
+            };
+            let chosen = fitting(&drill, form);
+            assert_eq!((&*chosen.task, &*chosen.scene), (task, scene));
+        }
+        let cut = fitting(
+            &drill,
+            StartForm {
+                task: "cut".to_owned(),
+                ..drill.clone()
+            },
+        );
+        assert_eq!((&*cut.task, &*cut.scene), ("cut", TRIANGLE));
         let own = |task: &str, scene: &str| {
             let form = StartForm {
                 task: task.to_owned(),

@@ -6,11 +6,12 @@ use display_host::ui::launcher::{Debrief, Failed, Screen};
 use display_host::words::Words;
 
 use super::operation::Operation;
-use super::{Desk, outcome, problem};
+use super::{Desk, choices, outcome, problem};
 
 impl Desk {
     /// Shows the debrief of an operation that has ended, or the reason why there is none.
     pub(super) fn debrief(&mut self, operation: &Operation, status: ExitStatus) {
+        self.take_settings();
         let store = self.open_store();
         let form = &operation.form;
         let found = outcome::read(
@@ -75,6 +76,7 @@ impl Desk {
             Command::new(calot)
                 .args(["replay", "--at", &format!("{at_s:.1}"), "--language"])
                 .arg(self.form.language.code())
+                .args(choices::look(&self.form.look))
                 .args(["--station", &format!("replay-{}", std::process::id()), "--"])
                 .arg(folder)
                 .stdin(Stdio::null())

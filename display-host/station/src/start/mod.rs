@@ -5,6 +5,7 @@
 mod answers;
 pub(crate) mod args;
 mod begin;
+mod certify;
 mod choices;
 mod debrief;
 mod operation;
@@ -18,6 +19,7 @@ use std::process::{Child, ExitCode};
 use std::time::{Duration, Instant};
 
 use assess::{Difficulty, Rules, Task};
+use display_host::ui::Settings;
 use display_host::ui::launcher::{Debrief, Launcher, Screen, Start, StartForm, Wish, launcher};
 use display_host::window::{self, Page, show_page};
 use display_host::words::Words;
@@ -27,7 +29,7 @@ use self::args::StartArgs;
 use self::choices::TRIANGLE;
 use self::debrief::report_lies;
 use self::operation::Operation;
-use crate::args::LanguageName;
+use crate::args::LookArgs;
 use crate::curriculum::Curriculum;
 use crate::problem::Problem;
 use crate::say;
@@ -76,6 +78,8 @@ struct Desk {
     /// The choices, which all screens share.
     form: StartForm,
     operation: Option<Operation>,
+    /// The settings that were kept when the operation began.
+    kept: Settings,
     /// The newest debrief, which other screens return to, and the id of its session.
     debrief: Option<(Debrief, String)>,
     /// Folder of the session of the debrief.
@@ -95,7 +99,8 @@ impl Desk {
         curriculum: Curriculum,
     ) -> Self {
         let mut form = choices::usual();
-        form.language = LanguageName::or_users(args.language);
+        let kept = LookArgs::default().settings(args.language);
+        (form.language, form.look) = (kept.language, kept.look);
         if let Some(file) = &args.station_file {
             form.station_file = file.display().to_string();
             form.emulated = false;
@@ -123,6 +128,7 @@ impl Desk {
             store,
             form,
             operation: None,
+            kept: Settings::default(),
             debrief: None,
             folder: None,
             looked: Instant::now(),
@@ -172,6 +178,7 @@ impl Desk {
             }
             Wish::Another => self.show_start(),
             Wish::OpenReport => self.open_report(),
+            Wish::Certificate => self.certify(),
             Wish::Replay(at_s) => self.replay(at_s),
             Wish::Ask(asking) => self.ask(asking),
             Wish::Answer(_) | Wish::Previous => self.answer(&wish),

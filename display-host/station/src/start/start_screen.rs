@@ -5,10 +5,13 @@ use std::time::{Instant, SystemTime};
 
 use assess::report::PICTURES_MIN;
 use assess::{Difficulty, Task};
+use display_host::ui::Settings;
 use display_host::ui::launcher::{ProgressView, Screen, Start, StartForm};
 use display_host::words::Words;
 
 use super::{Desk, choices, problem, stations};
+use crate::curriculum::Progress;
+use crate::settings;
 
 /// Largest number of earlier operations that are looked through for a rate of pictures.
 const LOOKED_THROUGH: usize = 20;
@@ -60,8 +63,16 @@ impl Desk {
         let look = devices(&form) != devices(&self.form);
         let speaks_anew = form.language != self.form.language;
         let is_another = form.trainee != self.form.trainee;
+        let changes = speaks_anew || form.look != self.form.look;
         self.form = form;
         self.view.look = self.form.look;
+        if changes {
+            settings::keep(&Settings {
+                language: self.form.language,
+                look: self.form.look,
+                sound: settings::kept().sound,
+            });
+        }
         let progress = match is_another {
             true => self.progress(&self.form.trainee),
             false => None,
@@ -81,6 +92,20 @@ impl Desk {
         }
     }
 
+    /// Takes the settings that an operation's window has changed.
+    pub(super) fn take_settings(&mut self) {
+        let kept = settings::kept();
+        if kept == self.kept {
+            return;
+        }
+        self.kept = kept;
+        if kept.language != self.form.language {
+            self.view.words = Words::new(kept.language);
+        }
+        (self.form.language, self.form.look) = (kept.language, kept.look);
+        self.view.look = kept.look;
+    }
+
     /// Folder of the sessions: `--sessions`, else `sessions` beside the store, else `out`.
     pub(super) fn sessions(&self) -> PathBuf {
         let beside = self.store.as_ref().and_then(|store| store.parent());
@@ -98,6 +123,11 @@ impl Desk {
     /// Progress of a trainee in the curriculum. `None`: a guest, a name that the store does not
     /// know, or a store that cannot be read.
     pub(super) fn progress(&self, trainee: &str) -> Option<ProgressView> {
+        Some(self.whole_progress(trainee)?.view())
+    }
+
+    /// Progress as [`Self::progress`] has it, with its times.
+    pub(super) fn whole_progress(&self, trainee: &str) -> Option<Progress> {
         if trainee.trim().is_empty() {
             return None;
         }
@@ -106,8 +136,7 @@ impl Desk {
         let language = self.form.language;
         Some(
             self.curriculum
-                .progress(trainee, &sessions, language)
-                .view(),
+                .progress(trainee.trim(), &sessions, language),
         )
     }
 }

@@ -127,6 +127,20 @@ pub(crate) enum StoreCommand {
         #[arg(long)]
         json: bool,
     },
+    /// Writes a trainee's certificate of the levels that are complete, as a page to print
+    Certificate {
+        /// Trainee
+        #[arg(value_parser = parse_trainee)]
+        name: String,
+        /// Curriculum (TOML) [default: the built-in one]
+        #[arg(long, value_name = "FILE")]
+        curriculum: Option<PathBuf>,
+        /// File for the page [default: certificate.html]
+        #[arg(long, value_name = "FILE.html")]
+        out: Option<PathBuf>,
+        #[command(flatten)]
+        overwrite: Overwrite,
+    },
     /// Prints the built-in curriculum, to copy and change
     Curriculum,
     /// Adds sessions afterwards and assesses them from their recordings: those of a run that was

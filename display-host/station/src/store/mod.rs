@@ -43,6 +43,16 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
             let curriculum = Curriculum::read(curriculum.as_deref())?;
             progress(&file.read()?, name, &curriculum, *json)?;
         }
+        StoreCommand::Certificate {
+            name,
+            curriculum,
+            out,
+            overwrite,
+        } => {
+            let curriculum = Curriculum::read(curriculum.as_deref())?;
+            let out = output::file(out.as_deref(), "certificate.html", Format::Page, *overwrite)?;
+            certificate(&file.read()?, name, &curriculum, &out)?;
+        }
         StoreCommand::Curriculum => say::answer(curriculum::BUILT_IN.trim_end()),
         StoreCommand::Add {
             name,
@@ -195,6 +205,27 @@ fn progress(store: &Store, name: &str, curriculum: &Curriculum, json: bool) -> R
         return document::PROGRESS.answer(&progress);
     }
     progress.lines().into_iter().for_each(say::answer);
+    Ok(())
+}
+
+/// Writes the certificate of the levels that a trainee has completed.
+fn certificate(
+    store: &Store,
+    name: &str,
+    curriculum: &Curriculum,
+    out: &Path,
+) -> Result<(), Problem> {
+    let sessions = store.sessions(name, None)?;
+    let words = Words::new(LanguageName::or_users(None));
+    let progress = curriculum.progress(name, &sessions, words.language());
+    let page = progress.certificate(&words).ok_or_else(|| {
+        format!(
+            "{name} has completed no level of the curriculum yet, so there is no certificate; \
+             `calot store progress {name}` shows what comes next"
+        )
+    })?;
+    output::write(out, &page).map_err(|error| format!("{}: {error}", out.display()))?;
+    say::note(format_args!("wrote {}", out.display()));
     Ok(())
 }
 
@@ -377,7 +408,7 @@ fn curve(
     let (sessions, left_out) = comparable(store.sessions(name, Some(task.name()))?, difficulty);
     if left_out > 0 {
         say::note(format_args!(
-            "{left_out} sessions are left out: aborted, cut short, practice or a scripted hand's, or of another \
+            "{left_out} sessions are left out: aborted, cut short, practice, a scripted hand's, with complications by an instructor, or of another \
              difficulty (--difficulty) or version of the metrics than the newest"
         ));
     }
@@ -439,9 +470,12 @@ pub(crate) struct Before {
 }
 
 /// True if a person completed a session. An aborted session and practice take less time and incur
-/// fewer penalties than a completed one. A scripted hand learns nothing.
+/// fewer penalties than a completed one. A scripted hand learns nothing. A complication by an
+/// instructor makes a session harder than the others.
 fn counts(session: &SessionRecord) -> bool {
-    let is_persons = session.hand == Hand::Person;
+    let complications = session.metrics.get(Metric::Complications.name());
+    let is_plain = complications.is_none_or(|count| *count <= 0.0);
+    let is_persons = session.hand == Hand::Person && is_plain;
     let mut whole = [Outcome::Passed, Outcome::Failed].into_iter();
     is_persons && whole.any(|it| it.name() == session.outcome)
 }
@@ -520,6 +554,10 @@ mod tests {
                 hand: Hand::Scripted,
                 ..session(6, Difficulty::Exam, Outcome::Passed)
             },
+            SessionRecord {
+                metrics: [(Metric::Complications.name().to_owned(), 1.0)].into(),
+                ..session(7, Difficulty::Exam, Outcome::Passed)
+            },
         ]
     }
 
@@ -583,9 +621,9 @@ mod tests {
             let ids: Vec<_> = kept.into_iter().map(|it| it.id).collect();
             (ids.join(" "), left_out)
         };
-        assert_eq!(ids(None), ("1 5".to_owned(), 4));
-        assert_eq!(ids(Some(Difficulty::Beginner)), ("3".to_owned(), 5));
-        assert_eq!(ids(Some(Difficulty::Trainee)), (String::new(), 6));
+        assert_eq!(ids(None), ("1 5".to_owned(), 5));
+        assert_eq!(ids(Some(Difficulty::Beginner)), ("3".to_owned(), 6));
+        assert_eq!(ids(Some(Difficulty::Trainee)), (String::new(), 7));
     }
 
     #[test]

@@ -291,7 +291,7 @@ pub(crate) fn begins(task: Task) -> Option<u32> {
         Task::Clamp | Task::Basics => Some(2),
         Task::Cut => Some(3),
         Task::Disconnect => Some(4),
-        Task::Full | Task::Free | Task::Scope => None,
+        Task::Full | Task::Free | Task::Scope | Task::Phantom => None,
     }
 }
 

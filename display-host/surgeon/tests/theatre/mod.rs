@@ -119,6 +119,13 @@ pub(crate) fn triangle_bytes() -> Vec<u8> {
     prepared.scene.to_bytes().expect("a sound scene")
 }
 
+/// The phantom, prepared anew.
+pub(crate) fn phantom() -> SceneFile {
+    let recipe = Recipe::phantom().expect("a built-in recipe");
+    let prepared = prepare(&recipe, &mut |_| {}).expect("it can be built");
+    SceneFile::from_bytes(&prepared.scene.to_bytes().expect("a sound scene")).expect("it reads")
+}
+
 /// The scene of a patient, by her name or seed, prepared anew.
 pub(crate) fn patient(word: &str) -> SceneFile {
     let recipe = Patient::of_word(word).and_then(|patient| patient.recipe());

@@ -291,9 +291,12 @@ impl<'a> Sim<'a> {
             tool.handle_velocity_m_s = room.world_from_device.rotation * self.inputs.velocity_m_s;
             tool.buttons = sample.buttons;
             let is_first_after_gap = self.inputs.is_first_after_gap() && self.grasp.count() == 0;
-            self.drive.follow(sample.opening, is_first_after_gap);
-            if let (Some(opening), true) = (self.drive.handle_opening(), is_first_after_gap) {
-                tool.jaw = opening; // after a gap the jaws jump to it, without bite or cut
+            // In a pause the jaws stay. Afterwards they move to the handle as fast as jaws can.
+            if !tool.switches.paused {
+                self.drive.follow(sample.opening, is_first_after_gap);
+                if let (Some(opening), true) = (self.drive.handle_opening(), is_first_after_gap) {
+                    tool.jaw = opening; // after a gap the jaws jump to it, without bite or cut
+                }
             }
             let handle = &self.proxy.handle(&tool.world_from_handle);
             let length = tool.instrument.jaw_length_m();

@@ -17,8 +17,12 @@ const GRASP_OPENING: f32 = 0.35;
 
 impl Sim<'_> {
     /// Follows the handle's buttons and opening: changes the instrument, and moves the jaws, which
-    /// then grasp, cut or clip. Places sutures.
+    /// then grasp, cut or clip. Places sutures. In a pause nothing changes, whatever the hand does.
     pub(super) fn work_instrument(&mut self, faults: &mut FaultSet) {
+        if self.tool.switches.paused {
+            self.sew(); // only notes the pedal, so that going on is no press
+            return;
+        }
         let pressed = self.inputs.newly_pressed();
         if pressed.contains(Buttons::CHANGE) {
             self.change_instrument(self.tool.instrument.next());
@@ -32,15 +36,13 @@ impl Sim<'_> {
         let starts_grasp = self.tool.jaw > GRASP_OPENING && jaw <= GRASP_OPENING;
         let closed_share = self.tool.jaw - jaw;
         self.tool.jaw = jaw;
-        if !self.tool.switches.paused {
-            match self.tool.instrument {
-                Instrument::Scissors if closed_share > 0.0 => self.cut(closed_share, faults),
-                Instrument::Grasper if starts_grasp && self.grasp.count() == 0 => {
-                    self.close_jaws(faults);
-                }
-                Instrument::ClipApplier if closed_share > 0.0 => self.clip(starts_grasp, faults),
-                _ => {}
+        match self.tool.instrument {
+            Instrument::Scissors if closed_share > 0.0 => self.cut(closed_share, faults),
+            Instrument::Grasper if starts_grasp && self.grasp.count() == 0 => {
+                self.close_jaws(faults);
             }
+            Instrument::ClipApplier if closed_share > 0.0 => self.clip(starts_grasp, faults),
+            _ => {}
         }
         self.hold(closing);
         self.tool.grasped_count = self.grasp.count();

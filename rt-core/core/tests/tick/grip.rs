@@ -152,6 +152,37 @@ fn too_strong_a_pull_slips_out_without_a_knock() {
     assert!(bench.force_n.z.abs() < 0.02, "{}", bench.force_n.z);
 }
 
+/// The hand lets go of the handle in a pause. The jaws hold on, and open once the task goes on.
+#[test]
+fn in_a_pause_the_jaws_hold_what_they_hold() {
+    let anatomy = Anatomy::liver();
+    let mut state = new_state();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
+    let mut bench = Bench::new();
+    approach(&mut sim, &mut bench);
+    hold_tip(&mut sim, &mut bench, &BITTEN, 400, Buttons::GRASP);
+    let (held, jaw) = (bench.grasped_count, bench.jaw);
+    assert!(held > 0);
+    bench.next_at(&BITTEN, Buttons::GRASP).command = Some(Command::Pause(true));
+    sim.tick(&mut bench);
+    let frozen = bench.centers_m.clone();
+    bench.events.clear();
+    hold_tip(&mut sim, &mut bench, &BITTEN, 400, NONE);
+    assert_eq!(
+        (bench.grasped_count, bench.jaw.to_bits()),
+        (held, jaw.to_bits())
+    );
+    assert_eq!(bench.centers_m, frozen);
+    assert!(bench.events.is_empty(), "{:?}", bench.events);
+    bench.next_at(&BITTEN, NONE).command = Some(Command::Pause(false));
+    sim.tick(&mut bench);
+    hold_tip(&mut sim, &mut bench, &BITTEN, 400, NONE);
+    assert_eq!(
+        (bench.grasped_count, count(&bench, EventKind::LetGo)),
+        (0, 1)
+    );
+}
+
 #[test]
 fn without_friction_nothing_is_held() {
     let mut anatomy = Anatomy::liver();

@@ -443,6 +443,14 @@ impl Recipe {
         Self::parse(&text, "built-in recipe of Calot's triangle", Path::new("."))
     }
 
+    /// The phantom for basic drills.
+    ///
+    /// # Errors
+    /// Never in a build whose tests pass.
+    pub fn phantom() -> Result<Self, RecipeError> {
+        Self::parse(PHANTOM, "built-in recipe of the phantom", Path::new("."))
+    }
+
     /// A scene of a single organ from a mesh, of the kind that `options` names. Without a unit the
     /// mesh's numbers are taken for metres, or for millimetres if the mesh would be more than 2 m
     /// across. The report names the guessed unit.
@@ -527,3 +535,5 @@ impl Recipe {
 pub const TRIANGLE: &str = include_str!("../../recipes/triangle.toml");
 /// Text of the built-in recipe.
 pub const BUILT_IN: &str = include_str!("../../recipes/built-in.toml");
+/// The recipe of the phantom for basic drills.
+pub const PHANTOM: &str = include_str!("../../recipes/phantom.toml");

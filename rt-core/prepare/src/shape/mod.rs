@@ -10,6 +10,7 @@ mod fat;
 mod gallbladder;
 mod intestine;
 mod liver;
+mod phantom;
 mod place;
 mod primitive;
 mod skin;
@@ -24,6 +25,7 @@ use serde::Deserialize;
 use crate::Vec3;
 use crate::mesh::Mesh;
 use bodies::Bodies;
+use phantom::Part;
 
 /// A built-in organ's form: the key `form` of a recipe's `shape` table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -53,6 +55,39 @@ pub enum Form {
     Fat,
     /// Connective tissue between the gallbladder and the liver.
     ConnectiveTissue,
+    /// The board of the phantom.
+    PhantomBoard,
+    /// A ball on that board, in the picture's upper left.
+    PhantomUpperLeftBall,
+    /// The ball at the right.
+    PhantomRightBall,
+    /// The ball below the first one.
+    PhantomLowerLeftBall,
+    /// A rope with a free end.
+    PhantomRope,
+    /// A thin tube.
+    PhantomTube,
+    /// A bar, around which the fat lies.
+    PhantomCore,
+    /// Fat around that bar.
+    PhantomFat,
+}
+
+impl Form {
+    /// The part of the phantom, if it is one.
+    const fn part(self) -> Option<Part> {
+        Some(match self {
+            Self::PhantomBoard => Part::Board,
+            Self::PhantomUpperLeftBall => Part::UpperLeftBall,
+            Self::PhantomRightBall => Part::RightBall,
+            Self::PhantomLowerLeftBall => Part::LowerLeftBall,
+            Self::PhantomRope => Part::Rope,
+            Self::PhantomTube => Part::Tube,
+            Self::PhantomCore => Part::Core,
+            Self::PhantomFat => Part::Fat,
+            _ => return None,
+        })
+    }
 }
 
 /// A built-in organ: the form from a recipe's `shape` table, in the anatomy of `[anatomy]`.
@@ -90,6 +125,10 @@ impl Shape {
     /// The surface as triangles.
     #[must_use]
     pub fn mesh(&self) -> Mesh {
+        if let Some(part) = self.form.part() {
+            let (bounds, edge_m) = part.extent();
+            return skin(&*part.distance(), bounds, edge_m);
+        }
         let bodies = place::bodies(&self.anatomy);
         let (bounds, edge_m) = self.extent(&bodies);
         skin(&|p: &Vec3| self.distance(&bodies, p), bounds, edge_m)
@@ -110,6 +149,8 @@ impl Shape {
             Form::AccessoryArtery => vessel::distance(bodies, &bodies.accessory_artery, p),
             Form::Fat => fat::distance(bodies, p),
             Form::ConnectiveTissue => connective_tissue::distance(bodies, p),
+            // `mesh` has made the parts of the phantom.
+            _ => f64::INFINITY,
         }
     }
 
@@ -139,6 +180,7 @@ impl Shape {
             Form::HepaticArtery => of_vessel(&bodies.hepatic_artery),
             Form::CysticArtery => of_vessel(&bodies.cystic_artery),
             Form::AccessoryArtery => of_vessel(&bodies.accessory_artery),
+            _ => ([Vec3::zeros(); 2], 1.0),
         }
     }
 }

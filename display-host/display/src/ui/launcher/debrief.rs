@@ -7,6 +7,7 @@ use egui::{Grid, Key, Label, RichText, Ui};
 use super::lessons::{self, LessonView, Lessons};
 use super::progress::{self, ProgressView};
 use super::{Asking, Wish, minutes, pressed, screen};
+use crate::ui::names;
 use crate::ui::screens::{BODY, part, title};
 use crate::ui::widgets::{Mark, line, sign};
 use crate::words::Words;
@@ -109,6 +110,9 @@ pub(super) fn show(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut V
     ];
     let next = debrief.progress.as_ref();
     buttons.extend(next.and_then(|it| progress::button(words, it)));
+    if next.is_some_and(|it| it.has_certificate) {
+        buttons.push((words.say("certificate"), Wish::Certificate));
+    }
     if debrief.report.is_some() {
         buttons.push((words.say("debrief-report"), Wish::OpenReport));
     }
@@ -121,6 +125,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut V
     let keys = [
         (Key::Escape, Wish::Another),
         (Key::N, Wish::Next),
+        (Key::C, Wish::Certificate),
         (Key::R, Wish::OpenReport),
         (Key::Q, Wish::Ask(Asking::Questions)),
         (Key::I, Wish::Ask(Asking::Sheet)),
@@ -162,7 +167,7 @@ fn head(ui: &mut Ui, words: &Words, debrief: &Debrief) {
     let who = match debrief.trainee.as_str() {
         _ if debrief.watched => words.say("who-expert"),
         "" => words.say("start-nobody"),
-        name => name.to_owned(),
+        name => names::drawn(name),
     };
     ui.label(format!("{who} – {task} – {difficulty}"));
     let mark = match debrief.outcome.as_str() {

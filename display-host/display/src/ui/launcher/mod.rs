@@ -78,6 +78,8 @@ pub enum Wish {
     Replay(f64),
     /// Open the full report.
     OpenReport,
+    /// Write and open the certificate of the completed levels.
+    Certificate,
     /// Open the questionnaire or the sheet.
     Ask(Asking),
     /// Rate the present item.

@@ -3,6 +3,7 @@
 use egui::{Key, RichText, Ui};
 
 use super::{Wish, pressed, screen, typed};
+use crate::ui::names;
 use crate::ui::screens::{BODY, title};
 use crate::ui::widgets::{Mark, line};
 use crate::words::Words;
@@ -68,7 +69,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, points: &Points, wishes: &mut Vec
     let meant = item.is_none().then_some(0);
     screen(ui, "points", meant, &buttons, wishes, |ui, wishes| {
         title(ui, &points.title(words));
-        let who = points.trainee.as_str().into();
+        let who = names::drawn(&points.trainee).into();
         ui.label(words.say_with("points-about", &[("name", who)]));
         if let Some(problem) = &points.problem {
             line(ui, Mark::Bad, problem);

@@ -16,6 +16,8 @@ pub struct ProgressView {
     pub levels: Vec<LevelView>,
     /// Task and degree of help that come next. `None`: the curriculum is complete.
     pub next: Option<(String, String)>,
+    /// True if at least one level is complete, so that there is a certificate.
+    pub has_certificate: bool,
 }
 
 /// A level of the curriculum.
@@ -40,8 +42,14 @@ pub struct TaskProgress {
     pub is_proficient: bool,
 }
 
-/// Shows the progress, with a button that chooses the next task.
-pub(super) fn show(ui: &mut Ui, words: &Words, view: &ProgressView, form: &mut StartForm) {
+/// Shows the progress, with a button that chooses the next task, and one for the certificate.
+pub(super) fn show(
+    ui: &mut Ui,
+    words: &Words,
+    view: &ProgressView,
+    form: &mut StartForm,
+    wishes: &mut Vec<Wish>,
+) {
     part(ui, &words.say("progress-title"));
     bar(ui, words, view);
     match &view.next {
@@ -53,6 +61,9 @@ pub(super) fn show(ui: &mut Ui, words: &Words, view: &ProgressView, form: &mut S
             }
         }
         None => line(ui, Mark::Good, &words.say("progress-complete")),
+    }
+    if view.has_certificate && ui.button(words.say("certificate")).clicked() {
+        wishes.push(Wish::Certificate);
     }
     CollapsingHeader::new(words.say("progress-levels"))
         .id_salt("levels")

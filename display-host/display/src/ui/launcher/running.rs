@@ -3,6 +3,7 @@
 use egui::{Key, RichText, Ui};
 
 use super::{Wish, minutes, pressed, screen};
+use crate::ui::names;
 use crate::ui::screens::title;
 use crate::words::Words;
 
@@ -51,7 +52,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, running: &Running, wishes: &mut V
             if running.watched {
                 ui.label(words.say("who-expert"));
             } else if !running.trainee.is_empty() {
-                ui.label(&running.trainee);
+                ui.label(names::drawn(&running.trainee));
             }
             let time = minutes(running.seconds);
             ui.label(words.say_with("task-time", &[("time", time.into())]));

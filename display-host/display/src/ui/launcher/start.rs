@@ -5,8 +5,8 @@ use egui::{Frame, Id, Key, RichText, TextEdit, Ui, Vec2, vec2};
 use super::progress::{self, ProgressView};
 use super::{Wish, pressed, screen, typed};
 use crate::ui::screens::{self, Look, part, title};
-use crate::ui::sketch;
 use crate::ui::widgets::{Mark, line};
+use crate::ui::{names, sketch};
 use crate::words::{Language, Words};
 
 /// Keys of the tasks, in order.
@@ -89,6 +89,8 @@ pub struct Start {
     pub slow_per_second: Option<f64>,
     /// Problem of the store or of the name, if any.
     pub problem: Option<String>,
+    /// Result of the last request.
+    pub notice: Option<String>,
 }
 
 /// A device of the station.
@@ -131,6 +133,10 @@ pub(super) fn show(ui: &mut Ui, words: &Words, start: &Start, wishes: &mut Vec<W
         if start.is_first && pressed(ui, Key::G) {
             wishes.push(Wish::Guided);
         }
+        let has_certificate = start.progress.as_ref().is_some_and(|it| it.has_certificate);
+        if has_certificate && pressed(ui, Key::C) {
+            wishes.push(Wish::Certificate);
+        }
         if pressed(ui, Key::N) {
             ui.memory_mut(|memory| memory.request_focus(name));
             // The letter that selected the field is not part of the name.
@@ -154,6 +160,9 @@ pub(super) fn show(ui: &mut Ui, words: &Words, start: &Start, wishes: &mut Vec<W
         if let Some(problem) = &start.problem {
             line(ui, Mark::Care, problem);
         }
+        if let Some(notice) = &start.notice {
+            line(ui, Mark::Good, notice);
+        }
         if let Some(rate) = start.slow_per_second {
             let rate = words.number(rate, 1).into();
             let text = words.say_with("start-slow-computer", &[("rate", rate)]);
@@ -164,9 +173,9 @@ pub(super) fn show(ui: &mut Ui, words: &Words, start: &Start, wishes: &mut Vec<W
             trainee(ui, words, start, form, name);
             task(ui, words, start, form);
         };
-        let right = |ui: &mut Ui, form: &mut StartForm| {
+        let mut right = |ui: &mut Ui, form: &mut StartForm| {
             if let Some(view) = &start.progress {
-                progress::show(ui, words, view, form);
+                progress::show(ui, words, view, form, wishes);
             }
             help(ui, words, start, form);
             scope_and_scene(ui, words, start, form);
@@ -231,8 +240,12 @@ fn trainee(ui: &mut Ui, words: &Words, start: &Start, form: &mut StartForm, name
         .show(ui, |ui| {
             ui.horizontal_wrapped(|ui| {
                 let nobody = words.say("start-nobody");
-                let names = core::iter::once((String::new(), nobody))
-                    .chain(start.trainees.iter().map(|it| (it.clone(), it.clone())));
+                let names = core::iter::once((String::new(), nobody)).chain(
+                    start
+                        .trainees
+                        .iter()
+                        .map(|it| (it.clone(), names::drawn(it))),
+                );
                 for (value, shown) in names {
                     ui.selectable_value(&mut form.trainee, value, shown);
                 }
@@ -249,6 +262,7 @@ fn trainee(ui: &mut Ui, words: &Words, start: &Start, form: &mut StartForm, name
         .labelled_by(new.id)
         .labelled_by(label.id);
     });
+    names::warn(ui, words, &form.trainee);
     let kept = match form.trainee.trim().is_empty() {
         true => words.say("start-not-kept"),
         false => words.say_with("start-kept", &[("store", start.store.as_str().into())]),

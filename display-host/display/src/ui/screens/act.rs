@@ -1,6 +1,6 @@
 //! The instructor's mark in the picture, and a note of each act beside it.
 
-use egui::{Color32, Rect, RichText, Stroke, Ui, vec2};
+use egui::{Align2, Color32, Pos2, Rect, RichText, Stroke, Ui, vec2};
 
 use super::super::{UiState, acts};
 use super::hud;
@@ -16,8 +16,7 @@ const TEXT: f32 = 18.0;
 
 pub(super) fn show(ui: &Ui, place: Rect, state: &UiState) {
     if let Some(at) = state.act_mark {
-        let unit = 0.5 * place.height();
-        let middle = place.center() + vec2(at.x, -at.y) * unit;
+        let middle = on(place, at);
         let painter = ui.painter().with_clip_rect(place);
         // White over a wider black line is visible on any tissue.
         for (colour, width) in [(Color32::BLACK, 6.0), (Color32::WHITE, 3.0)] {
@@ -38,7 +37,8 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState) {
         return;
     };
     let words = &state.words;
-    hud::card(ui, "act", place, hud::side(place), |ui| {
+    let (room, side) = beside(place, state.act_mark.map(|at| on(place, at)));
+    hud::card(ui, "act", room, side, |ui| {
         ui.set_max_width(NOTE.min(place.width() - 48.0));
         ui.label(RichText::new(words.say("act-by")).size(0.8 * TEXT));
         let text = remark
@@ -46,4 +46,49 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState) {
             .unwrap_or_else(|| words.say(&acts::message(*kind)));
         ui.label(RichText::new(text).size(TEXT).strong());
     });
+}
+
+/// Place of the picture, which is given in half heights from its middle, y up.
+fn on(place: Rect, at: glam::Vec2) -> Pos2 {
+    place.center() + vec2(at.x, -at.y) * (0.5 * place.height())
+}
+
+/// Room for the note and its corner there. The note stays above or below a mark on its side of the
+/// picture, on the side with more room.
+fn beside(place: Rect, mark: Option<Pos2>) -> (Rect, Align2) {
+    let reach = RADIUS + STROKE;
+    let is_near = |mark: &Pos2| mark.x + reach > place.right() - NOTE - 48.0;
+    match mark.filter(is_near) {
+        None => (place, hud::side(place)),
+        Some(mark) if mark.y < place.center().y => {
+            let room = place.with_min_y((mark.y + reach).max(place.top()));
+            (room, Align2::RIGHT_TOP)
+        }
+        Some(mark) => {
+            let room = place.with_max_y((mark.y - reach).min(place.bottom()));
+            (room, Align2::RIGHT_BOTTOM)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use egui::pos2;
+
+    use super::*;
+
+    #[test]
+    fn the_note_leaves_the_mark_free() {
+        let place = Rect::from_min_size(pos2(0.0, 0.0), vec2(560.0, 420.0));
+        assert_eq!(beside(place, None), (place, hud::side(place)));
+        let left = pos2(100.0, 200.0);
+        assert_eq!(beside(place, Some(left)).0, place);
+        for mark in [pos2(500.0, 100.0), pos2(330.0, 209.0), pos2(500.0, 300.0)] {
+            let (room, _) = beside(place, Some(mark));
+            let around =
+                Rect::from_center_size(mark, vec2(1.0, 1.0) * 2.0 * (RADIUS + STROKE - 1.0));
+            assert!(!room.intersects(around), "{room:?}");
+            assert!(room.height() > 0.4 * place.height(), "{room:?}");
+        }
+    }
 }

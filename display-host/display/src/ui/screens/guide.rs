@@ -9,8 +9,8 @@ use super::super::task::TaskView;
 use super::super::widgets::GOOD;
 use crate::words::Words;
 
-/// Name of the guided task.
-const TASK: &str = "basics";
+/// Names of the guided tasks.
+const TASKS: [&str; 2] = ["basics", "phantom"];
 /// Size of the moving picture, points.
 const PICTURE: [f32; 2] = [150.0, 112.0];
 /// Length of the bar, points.
@@ -22,14 +22,14 @@ const OTHER: f32 = 15.0;
 
 /// True for a guided task with a present step.
 pub(super) fn is_of(task: &TaskView) -> bool {
-    task.task == TASK && task.hint.is_some()
+    TASKS.contains(&task.task.as_str()) && task.hint.is_some()
 }
 
 /// Shows the present step of a guided task; in a tight picture, only the step's sentence. Returns
 /// false if there is no such step.
 pub(super) fn show(ui: &mut Ui, state: &UiState, task: &TaskView, is_tight: bool) -> bool {
     let words = &state.words;
-    let Some(hint) = task.hint.as_ref().filter(|_| task.task == TASK) else {
+    let Some(hint) = task.hint.as_ref().filter(|_| is_of(task)) else {
         return false;
     };
     if is_tight {
@@ -82,7 +82,12 @@ fn goal(words: &Words, step: &assess::Step) -> String {
         Step::Show { .. } => "guide-goal-show",
         Step::Meet => "guide-goal-meet",
         Step::Grasp { .. } => "guide-goal-grasp",
-        Step::Clip { .. } => "guide-goal-clip",
+        Step::Clip { count: 1, .. } => "guide-goal-clip",
+        Step::Clip { .. } => "guide-goal-clips",
+        Step::Divide { .. } => "guide-goal-divide",
+        Step::Touch { .. } => "guide-goal-touch",
+        Step::Carry { .. } => "guide-goal-carry",
+        Step::Clear { .. } => "guide-goal-clear",
         _ => "guide-goal-current",
     })
 }

@@ -15,6 +15,40 @@ use crate::words::Words;
 
 /// Distance of a mark behind which nothing lies, from the endoscope's lens, m.
 const NOWHERE_M: f32 = 0.08;
+/// Largest distance from a mark to the centre of the sphere with which it moves, m.
+const TISSUE_M: f32 = 0.02;
+
+/// An instructor's mark, which moves with the tissue at which the instructor pointed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct StuckMark {
+    /// Place at which the instructor pointed, world frame, m.
+    asked_m: Vec3,
+    /// The nearest sphere and its centre then, m; `None` if no tissue is near.
+    to: Option<(usize, Vec3)>,
+}
+
+impl StuckMark {
+    fn at(asked_m: Vec3, spheres: &[SphereState]) -> Self {
+        let is_there = |it: &(usize, &SphereState)| it.1.bits & SphereState::GONE == 0;
+        let spheres = spheres.iter().enumerate().filter(is_there);
+        let centres = spheres.map(|(number, it)| (number, Vec3::from(it.center_m)));
+        let far_m = |it: &(usize, Vec3)| it.1.distance(asked_m);
+        let nearest = centres.min_by(|a, b| far_m(a).total_cmp(&far_m(b)));
+        Self {
+            asked_m,
+            to: nearest.filter(|it| far_m(it) < TISSUE_M),
+        }
+    }
+
+    /// Present place, world frame, m.
+    fn now_m(&self, spheres: &[SphereState]) -> Vec3 {
+        let moved = self.to.and_then(|(number, then_m)| {
+            let now_m = Vec3::from(spheres.get(number)?.center_m);
+            Some(now_m - then_m)
+        });
+        self.asked_m + moved.unwrap_or_default()
+    }
+}
 
 impl Session {
     /// Shows these acts.
@@ -48,10 +82,16 @@ impl Session {
 
     /// Places the instructor's mark in the picture.
     pub(super) fn mark_acts(&mut self, scope: &Scope) {
+        let spheres = self.feed.state().and_then(StateFrame::spheres);
+        let spheres = spheres.unwrap_or(&[]);
+        let at_m = self.ui.acts.mark.map(Vec3::from);
+        if self.mark.map(|it| it.asked_m) != at_m {
+            self.mark = at_m.map(|at_m| StuckMark::at(at_m, spheres));
+        }
         let tools = self.feed.tools().map(|it| self.seen_tools(it));
-        self.ui.act_mark = tools.zip(self.ui.acts.mark).and_then(|(tools, at_m)| {
+        self.ui.act_mark = tools.zip(self.mark).and_then(|(tools, mark)| {
             let camera = scope.world_from_view(&tools).inverse();
-            scope.project(camera.transform_point3(Vec3::from(at_m)))
+            scope.project(camera.transform_point3(mark.now_m(spheres)))
         });
     }
 
@@ -124,6 +164,28 @@ fn answer(words: &Words, outcome: Option<u32>) -> String {
 mod tests {
     use super::*;
     use crate::words::Language;
+
+    #[test]
+    fn a_mark_moves_with_the_tissue_and_stays_where_there_is_none() {
+        let sphere = |center_m| SphereState {
+            center_m,
+            bits: 0,
+            ..bytemuck::Zeroable::zeroed()
+        };
+        let then = [sphere([0.0; 3]), sphere([0.05, 0.0, 0.0])];
+        let mark = StuckMark::at(Vec3::new(0.045, 0.003, 0.0), &then);
+        assert_eq!(mark.to.map(|it| it.0), Some(1));
+        let now = [then[0], sphere([0.05, 0.01, 0.0])];
+        let off = mark.now_m(&now) - Vec3::new(0.045, 0.013, 0.0);
+        assert!(off.length() < 1e-6, "{off}");
+        let nowhere = Vec3::new(0.0, 0.5, 0.0);
+        assert_eq!(StuckMark::at(nowhere, &then).now_m(&now), nowhere);
+        let gone = SphereState {
+            bits: SphereState::GONE,
+            ..then[1]
+        };
+        assert_eq!(StuckMark::at(Vec3::new(0.05, 0.0, 0.0), &[gone]).to, None);
+    }
 
     #[test]
     fn every_answer_is_said_in_every_language() {

@@ -68,6 +68,7 @@ impl Session {
                 Asked::Set(settings) => {
                     self.ui.set(settings);
                     self.operate.set(lead(settings.look));
+                    observer(Observed::Settings(settings));
                     continue;
                 }
                 Asked::Point(at) => {
