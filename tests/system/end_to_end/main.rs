@@ -31,3 +31,4 @@ mod study;
 mod swept;
 mod temporary;
 mod terminal;
+mod wayland;

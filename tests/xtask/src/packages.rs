@@ -10,7 +10,7 @@ struct Need {
     is_there: fn() -> bool,
 }
 
-const NEEDS: [Need; 8] = [
+const NEEDS: [Need; 9] = [
     Need {
         what: "a Vulkan loader",
         package: "libvulkan1",
@@ -34,6 +34,12 @@ const NEEDS: [Need; 8] = [
         package: "xdotool",
         only_for_tests: true,
         is_there: || on_path("xdotool"),
+    },
+    Need {
+        what: "a Wayland compositor without a screen, for the window's tests",
+        package: "weston",
+        only_for_tests: true,
+        is_there: || on_path("weston"),
     },
     Need {
         what: "a C++ compiler, for the firmware header and its sketches",
