@@ -1,8 +1,9 @@
-//! A Wayland compositor without a screen (weston).
+//! A Wayland compositor (weston), without a screen or in the window of a virtual screen.
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
+use crate::screen::VirtualScreen;
 use crate::wait_until;
 
 /// A compositor. It is killed on drop.
@@ -13,19 +14,28 @@ pub struct Compositor {
 }
 
 impl Compositor {
-    /// Starts a compositor with its socket in this folder. `None` if weston is not installed.
+    /// Starts a compositor with its socket in this folder. If `screen` is given, its windows cover
+    /// that screen; otherwise nobody sees them. `None` if weston is not installed.
     ///
     /// # Panics
     ///
     /// If weston ends, or opens no socket.
     #[must_use]
-    pub fn start(folder: &Path) -> Option<Self> {
-        let mut server = Command::new("weston")
-            .args(["--backend=headless-backend.so", "--use-pixman"])
-            .args(["--no-config", "--idle-time=0", "--socket=calot-test"])
-            .args(["--width=1300", "--height=900"])
+    pub fn start(folder: &Path, screen: Option<&VirtualScreen>) -> Option<Self> {
+        let mut weston = Command::new("weston");
+        weston
+            .args(["--use-pixman", "--no-config", "--idle-time=0"])
+            .args(["--socket=calot-test", "--width=1300", "--height=900"])
             .env("XDG_RUNTIME_DIR", folder)
-            .env_remove("WAYLAND_DISPLAY")
+            .env_remove("WAYLAND_DISPLAY");
+        match screen {
+            // Without a screen, this shell of version 10 shows no window.
+            Some(screen) => weston
+                .args(["--backend=x11-backend.so", "--shell=kiosk-shell.so"])
+                .env("DISPLAY", &screen.display),
+            None => weston.arg("--backend=headless-backend.so"),
+        };
+        let mut server = weston
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(Stdio::null())
