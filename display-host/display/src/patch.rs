@@ -297,7 +297,15 @@ mod tests {
             tools.tick = tick;
             let handed_ns = tick * 1_000_000;
             let at_ns = handed_ns + 7_000_000;
-            patch.presented(patch.lit(&tools), handed_ns, Presented { at_ns, way });
+            patch.presented(
+                patch.lit(&tools),
+                handed_ns,
+                Presented {
+                    at_ns,
+                    way,
+                    screen: None,
+                },
+            );
         }
         let arrived = patch.take_arrived();
         let told: Vec<_> = arrived.iter().map(|it| (it.bright, it.at_ns)).collect();

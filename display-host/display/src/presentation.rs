@@ -1,7 +1,8 @@
 //! Times at which the screen got the window's pictures, if the window system tells them.
 //!
-//! In a flip, the screen begins to show the picture at the time that is told. In a copy, the server
-//! copies the picture into the window at that time. A compositor may still show it a frame later.
+//! On X11 the screen begins to show a flipped picture at the time that is told. A copied picture is
+//! in the window at that time, and a compositor may still show it a frame later. A Wayland
+//! compositor tells when the screen began to show the picture, copied or not.
 
 use std::collections::VecDeque;
 
@@ -10,7 +11,7 @@ use figures::{Distribution, PresentationSummary};
 use crate::latency::FrameRecord;
 
 /// Largest number of pictures whose times are not told yet. A driver has at most a few under way.
-const WAITING_MAX: usize = 64;
+pub(crate) const WAITING_MAX: usize = 64;
 /// A told time is of this computer's clock if it is at most so long before its picture was handed
 /// over, or after now, ns.
 const CLOCK_NS: u64 = 60_000_000_000;
@@ -20,19 +21,50 @@ const CLOCK_NS: u64 = 60_000_000_000;
 pub enum Way {
     /// The screen shows the picture's own memory.
     Flip,
-    /// It was copied into the window.
+    /// It was copied: on X11 into the window, on Wayland into the screen's picture.
     Copy,
     /// A later picture was shown in its place.
     Skip,
 }
 
+/// Interface of the window system that tells the times.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// The X server's extension Present.
+    X11Present,
+    /// Wayland's `wp_presentation`.
+    WpPresentation,
+}
+
+impl Source {
+    /// Name in documents.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::X11Present => "x11_present",
+            Self::WpPresentation => "wp_presentation",
+        }
+    }
+}
+
+/// Further words of a Wayland compositor about a time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ScreenTime {
+    /// Time between two refreshes of the screen, ns; `None` if the compositor does not know.
+    pub refresh_ns: Option<u32>,
+    /// True if the screen's hardware told the time, false if the compositor read a clock.
+    pub by_hardware: bool,
+}
+
 /// The end of a picture's way to the screen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Presented {
-    /// Time, `CLOCK_MONOTONIC`, ns.
+    /// Time, `CLOCK_MONOTONIC`, ns; 0 for a skipped picture of a Wayland window.
     pub at_ns: u64,
     /// Its way.
     pub way: Way,
+    /// Whose time it is; `None` on X11.
+    pub screen: Option<ScreenTime>,
 }
 
 /// Reason for which nothing is told.
@@ -41,15 +73,19 @@ pub enum Missing {
     /// No window was opened.
     #[default]
     NoWindow,
-    /// The window is on a Wayland compositor.
-    Wayland,
     /// The X server lacks the extension Present.
     NoExtension,
-    /// The X server cannot be asked.
+    /// The Wayland compositor lacks `wp_presentation`.
+    NoProtocol,
+    /// The window system cannot be asked.
     Refused(String),
     /// Nothing was told although pictures were handed over: the driver shows them in another way.
     Driver,
-    /// The times are of another clock: the X server runs on another computer.
+    /// The Wayland compositor told nothing although pictures were handed over.
+    Compositor,
+    /// The Wayland compositor's times are of a clock of this number, or it named none.
+    UnknownClock(Option<u32>),
+    /// The times are of another clock: the window system runs on another computer.
     OtherClock,
 }
 
@@ -57,20 +93,30 @@ impl std::fmt::Display for Missing {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::NoWindow => f.write_str("no window was opened"),
-            Self::Wayland => f.write_str(
-                "the window is on Wayland, whose wp_presentation is not read: start with \
-                 WAYLAND_DISPLAY unset to use X11 (XWayland)",
-            ),
             Self::NoExtension => f.write_str(
                 "the X server lacks the extension Present (`xdpyinfo -ext all | grep Present`)",
             ),
-            Self::Refused(why) => write!(f, "the X server did not answer: {why}"),
+            Self::NoProtocol => f.write_str(
+                "the Wayland compositor lacks wp_presentation (`wayland-info | grep wp_presentation`)",
+            ),
+            Self::Refused(why) => write!(f, "the window system did not answer: {why}"),
             Self::Driver => f.write_str(
                 "the graphics driver does not provide them: it shows pictures without the X \
                  server's extension Present",
             ),
+            Self::Compositor => f.write_str(
+                "the Wayland compositor told nothing of the pictures: the window was hidden, or open \
+                 too briefly",
+            ),
+            Self::UnknownClock(Some(number)) => write!(
+                f,
+                "the Wayland compositor's times are of clock {number}, which Calot does not know"
+            ),
+            Self::UnknownClock(None) => {
+                f.write_str("the Wayland compositor does not say of which clock its times are")
+            }
             Self::OtherClock => f.write_str(
-                "the X server's times are of another clock: it runs on another computer",
+                "the window system's times are of another clock: it runs on another computer",
             ),
         }
     }
@@ -79,6 +125,8 @@ impl std::fmt::Display for Missing {
 /// Presentation of a run's pictures.
 #[derive(Debug, Clone, Default)]
 pub struct Presentation {
+    /// Interface that was asked, if a window was opened.
+    pub source: Option<Source>,
     /// Reason for which the window system cannot be asked, if it cannot.
     pub refused: Option<Missing>,
     /// Number of pictures handed over.
@@ -89,6 +137,10 @@ pub struct Presentation {
     pub copies: u64,
     /// Number of pictures that did not come to the screen.
     pub skips: u64,
+    /// Number of pictures whose time the screen's hardware told.
+    pub by_hardware: u64,
+    /// Newest time between two refreshes of the screen, ns.
+    pub refresh_ns: Option<u32>,
     /// Time from the sample's arrival to the presentation, for pictures of the newest state.
     pub motion: Distribution,
 }
@@ -101,6 +153,10 @@ impl Presentation {
             Way::Copy => self.copies += 1,
             Way::Skip => self.skips += 1,
         }
+        if let Some(screen) = presented.screen {
+            self.by_hardware += u64::from(screen.by_hardware);
+            self.refresh_ns = screen.refresh_ns.or(self.refresh_ns);
+        }
         let live = frame.filter(|it| it.live && it.sample_ns > 0 && presented.way != Way::Skip);
         if let Some(frame) = live {
             self.motion
@@ -111,9 +167,13 @@ impl Presentation {
     /// Reason for which nothing was told. `None`: presentations were told.
     #[must_use]
     pub fn missing(&self) -> Option<Missing> {
+        let silent = match self.source {
+            _ if self.handed == 0 => Missing::NoWindow,
+            Some(Source::WpPresentation) => Missing::Compositor,
+            _ => Missing::Driver,
+        };
         match self.flips + self.copies + self.skips {
-            0 if self.handed > 0 => Some(self.refused.clone().unwrap_or(Missing::Driver)),
-            0 => Some(self.refused.clone().unwrap_or_default()),
+            0 => Some(self.refused.clone().unwrap_or(silent)),
             _ => None,
         }
     }
@@ -122,13 +182,17 @@ impl Presentation {
     #[must_use]
     pub fn summary(&self) -> PresentationSummary {
         let missing = self.missing();
+        let source = self.source.filter(|_| missing.is_none());
+        let on_wayland = source == Some(Source::WpPresentation);
         PresentationSummary {
-            source: missing.is_none().then_some("x11_present"),
+            source: source.map(Source::name),
             // What was told may also have come to an end.
             missing: missing.or(self.refused.clone()).map(|it| it.to_string()),
             flips: self.flips,
             copies: self.copies,
             skips: self.skips,
+            by_hardware: on_wayland.then_some(self.by_hardware),
+            refresh_ns: self.refresh_ns,
         }
     }
 }
@@ -274,8 +338,15 @@ mod tests {
 
     #[test]
     fn only_pictures_of_the_newest_state_that_were_shown_have_a_motion() {
-        let mut told = Presentation::default();
-        let at = |at_ns, way| Presented { at_ns, way };
+        let mut told = Presentation {
+            source: Some(Source::X11Present),
+            ..Presentation::default()
+        };
+        let at = |at_ns, way| Presented {
+            at_ns,
+            way,
+            screen: None,
+        };
         told.note(Some(&frame(1_000_000, true)), at(21_000_000, Way::Flip));
         told.note(Some(&frame(1_000_000, false)), at(99_000_000, Way::Copy));
         told.note(Some(&frame(1_000_000, true)), at(99_000_000, Way::Skip));
@@ -286,7 +357,7 @@ mod tests {
         assert_eq!(told.missing(), None);
         let summary = told.summary();
         assert_eq!((summary.source, summary.copies), (Some("x11_present"), 2));
-        assert_eq!(summary.missing, None);
+        assert_eq!((summary.missing, summary.by_hardware), (None, None));
         // Then the server ended.
         told.refused = Some(Missing::Refused("gone".into()));
         let summary = told.summary();
@@ -295,11 +366,36 @@ mod tests {
     }
 
     #[test]
+    fn a_compositors_words_on_rate_and_clock_are_kept() {
+        let mut told = Presentation {
+            source: Some(Source::WpPresentation),
+            ..Presentation::default()
+        };
+        let screen = |refresh_ns, by_hardware| Presented {
+            at_ns: 21_000_000,
+            way: Way::Flip,
+            screen: Some(ScreenTime {
+                refresh_ns,
+                by_hardware,
+            }),
+        };
+        told.note(None, screen(Some(16_666_666), true));
+        told.note(None, screen(None, false));
+        let summary = told.summary();
+        assert_eq!(summary.source, Some("wp_presentation"));
+        assert_eq!((summary.flips, summary.by_hardware), (2, Some(1)));
+        assert_eq!(summary.refresh_ns, Some(16_666_666));
+    }
+
+    #[test]
     fn each_reason_says_what_is_missing() {
         let mut told = Presentation::default();
         assert_eq!(told.missing(), Some(Missing::NoWindow));
         told.handed = 3;
         assert_eq!(told.missing(), Some(Missing::Driver));
+        told.source = Some(Source::WpPresentation);
+        assert_eq!(told.missing(), Some(Missing::Compositor));
+        assert_eq!(told.summary().source, None);
         let said = |missing: Missing, words: &str| {
             let told = Presentation {
                 refused: Some(missing),
@@ -310,7 +406,10 @@ mod tests {
             assert!(text.is_some_and(|it| it.contains(words)), "{words}");
         };
         said(Missing::NoWindow, "no window was opened");
-        said(Missing::Wayland, "wp_presentation is not read");
+        said(Missing::NoProtocol, "lacks wp_presentation");
+        said(Missing::Compositor, "told nothing of the pictures");
+        said(Missing::UnknownClock(Some(11)), "clock 11, which");
+        said(Missing::UnknownClock(None), "of which clock");
         said(Missing::NoExtension, "lacks the extension Present");
         said(Missing::Refused("gone".into()), "did not answer: gone");
         said(Missing::Driver, "driver does not provide them");

@@ -5,27 +5,46 @@ use serde::Serialize;
 /// Way of the window's pictures to the screen.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct PresentationSummary {
-    /// `x11_present`; `None` if nothing told when pictures were presented.
+    /// `x11_present` or `wp_presentation`; `None` if nothing told when pictures were presented.
     pub source: Option<&'static str>,
     /// Reason for which nothing was told, or nothing more from some time on.
     pub missing: Option<String>,
     /// Pictures that the screen showed from their own memory: their time is that of the screen.
     pub flips: u64,
-    /// Pictures that were copied into the window: a compositor may show them later.
+    /// Pictures that were copied. On X11 they were copied into the window, and a compositor may
+    /// show them later.
     pub copies: u64,
     /// Pictures in whose place a later one was shown.
     pub skips: u64,
+    /// Pictures whose time the screen's hardware told, on Wayland.
+    pub by_hardware: Option<u64>,
+    /// Time between two refreshes of the screen, ns, if a Wayland compositor tells.
+    pub refresh_ns: Option<u32>,
 }
 
 impl PresentationSummary {
     /// Sentence without a full stop.
     #[must_use]
     pub fn said(&self) -> String {
-        let ways = format!(
-            "presentation times of the X server (extension Present): {} pictures by a flip, {} by a \
-             copy into the window, {} skipped",
-            self.flips, self.copies, self.skips
-        );
+        let ways = match self.by_hardware {
+            None => format!(
+                "presentation times of the X server (extension Present): {} pictures by a flip, {} by \
+                 a copy into the window, {} skipped",
+                self.flips, self.copies, self.skips
+            ),
+            Some(by_hardware) => format!(
+                "presentation times of the Wayland compositor (wp_presentation): {} pictures shown \
+                 from their own memory, {} copied, {} skipped; {by_hardware} times by the screen's \
+                 hardware, {}",
+                self.flips,
+                self.copies,
+                self.skips,
+                self.refresh_ns.map_or_else(
+                    || "unknown rate".to_owned(),
+                    |ns| format!("{:.2} Hz", 1e9 / f64::from(ns))
+                )
+            ),
+        };
         match (&self.missing, self.source) {
             (Some(missing), None) => format!("no presentation times: {missing}"),
             (Some(missing), Some(_)) => format!("{ways}; later none: {missing}"),
@@ -48,6 +67,15 @@ mod tests {
             ..PresentationSummary::default()
         };
         assert!(told.said().contains("900 pictures by a flip, 3 by a copy"));
+        let wayland = PresentationSummary {
+            source: Some("wp_presentation"),
+            by_hardware: Some(7),
+            refresh_ns: Some(20_000_000),
+            ..told.clone()
+        };
+        let said = wayland.said();
+        assert!(said.contains("(wp_presentation): 900 pictures shown from their own"));
+        assert!(said.ends_with("1 skipped; 7 times by the screen's hardware, 50.00 Hz"));
         told.missing = Some("it ended".to_owned());
         assert!(told.said().ends_with("1 skipped; later none: it ended"));
         told.source = None;

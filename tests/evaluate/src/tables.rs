@@ -528,6 +528,20 @@ mod tests {
     }
 
     #[test]
+    fn the_guides_claim_on_motion_to_force_is_that_of_its_table() {
+        let folder = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../results"));
+        let csv = Csv::read(&folder.join("guide.csv")).unwrap();
+        let greatest = |figure: &str| {
+            let mut rows = csv.rows();
+            let found = rows.find(|row| row.text("figure") == figure);
+            found.map(|row| row.number("small")).unwrap()
+        };
+        // The guide says "even in the greatest turn".
+        assert!(greatest("motion to force p50, greatest turn, µs") <= 150.0);
+        assert!(greatest("motion to force p99, greatest turn, µs") <= 250.0);
+    }
+
+    #[test]
     fn a_table_without_an_end_is_refused() {
         let text = "before <!-- table: accuracy --> after";
         assert!(rewrite(text, Path::new("nowhere")).is_err());

@@ -33,3 +33,4 @@ mod study;
 mod swept;
 mod temporary;
 mod terminal;
+mod wayland;

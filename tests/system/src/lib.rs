@@ -1,6 +1,7 @@
-//! Fixtures shared by the system tests: the real program, its JSON, a virtual screen, and a disk
+//! Fixtures shared by the system tests: the real program, its JSON, virtual screens, and a disk
 //! that fails.
 
+pub mod compositor;
 pub mod disk;
 pub mod documents;
 pub mod lrs;

@@ -33,6 +33,47 @@ const FIGURES: [(&str, &str, &str); 13] = [
     ("… solve p50, µs", "stage_ns.solve", "p50"),
     ("… force p50, µs", "stage_ns.force", "p50"),
 ];
+/// A choice of one value from those of the turns.
+type Choice = fn(Vec<f64>) -> Option<f64>;
+/// Rows on how far the turns lie apart: name, row and column of `jitter.csv`, and choice.
+const SPREADS: [(&str, &str, &str, Choice); 6] = [
+    (
+        "motion to force p50, least turn, µs",
+        "motion_to_force_ns",
+        "p50",
+        least,
+    ),
+    (
+        "motion to force p50, greatest turn, µs",
+        "motion_to_force_ns",
+        "p50",
+        greatest,
+    ),
+    (
+        "motion to force p99, least turn, µs",
+        "motion_to_force_ns",
+        "p99",
+        least,
+    ),
+    (
+        "motion to force p99, greatest turn, µs",
+        "motion_to_force_ns",
+        "p99",
+        greatest,
+    ),
+    (
+        "… before the tick p50, least turn, µs",
+        "motion_to_tick_ns",
+        "p50",
+        least,
+    ),
+    (
+        "… before the tick p50, greatest turn, µs",
+        "motion_to_tick_ns",
+        "p50",
+        greatest,
+    ),
+];
 /// Names of the last rows.
 const MISSED: &str = "missed in a million periods";
 const LOAD: &str = "load average before the run";
@@ -135,19 +176,20 @@ fn missed(run: &Run) -> Option<f64> {
     Some(missed / (ticks + missed) * 1e6)
 }
 
-/// The table: medians of the turns, and medians of the ratios within a turn.
+/// The table: medians of the turns, and medians of the ratios within a turn; and their least and
+/// greatest values where a row says so.
 fn table(runs: &[Vec<Run>; KINDS.len()]) -> Option<String> {
     let mut text = "figure,without,why,why_ratio,follow,follow_ratio,small\n".to_owned();
-    let mut row = |name: &str, of: &dyn Fn(&Run) -> Option<f64>| {
+    let mut row = |name: &str, choice: Choice, of: &dyn Fn(&Run) -> Option<f64>| {
         let values = |runs: &Vec<Run>| runs.iter().map(of).collect::<Option<Vec<f64>>>();
         let [without, why, follow, small] = runs.each_ref().map(values);
         let (without, why, follow, small) = (without?, why?, follow?, small?);
         let ratio = |other: &[f64]| {
             let ratios = other.iter().zip(&without).map(|(b, a)| b / a);
-            median(ratios.collect())
+            choice(ratios.collect())
         };
         let (why_ratio, follow_ratio) = (ratio(&why)?, ratio(&follow)?);
-        let [without, why, follow, small] = [without, why, follow, small].map(median);
+        let [without, why, follow, small] = [without, why, follow, small].map(choice);
         text += &format!(
             "\"{name}\",{:.1},{:.1},{why_ratio:.3},{:.1},{follow_ratio:.3},{:.1}\n",
             without?, why?, follow?, small?
@@ -156,16 +198,28 @@ fn table(runs: &[Vec<Run>; KINDS.len()]) -> Option<String> {
     };
     for (name, line, column) in FIGURES {
         let key = key(line, column);
-        row(name, &|run| run.get(&key).map(|ns| ns / 1e3))?;
+        row(name, median, &|run| run.get(&key).map(|ns| ns / 1e3))?;
     }
-    row(MISSED, &missed)?;
-    row(LOAD, &|run| run.get(&key(LOAD, "count")).copied())?;
+    for (name, line, column, choice) in SPREADS {
+        let key = key(line, column);
+        row(name, choice, &|run| run.get(&key).map(|ns| ns / 1e3))?;
+    }
+    row(MISSED, median, &missed)?;
+    row(LOAD, median, &|run| run.get(&key(LOAD, "count")).copied())?;
     Some(text)
 }
 
 fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied()
+}
+
+fn least(values: Vec<f64>) -> Option<f64> {
+    values.into_iter().min_by(f64::total_cmp)
+}
+
+fn greatest(values: Vec<f64>) -> Option<f64> {
+    values.into_iter().max_by(f64::total_cmp)
 }
 
 #[cfg(test)]
@@ -195,7 +249,7 @@ mod tests {
         let table = table(&runs).unwrap();
         let lines: Vec<&str> = table.lines().collect();
         assert!(load().is_some_and(|load| load >= 0.0));
-        assert_eq!(lines.len(), 1 + FIGURES.len() + 2);
+        assert_eq!(lines.len(), 1 + FIGURES.len() + SPREADS.len() + 2);
         assert_eq!(
             lines[1],
             "\"wake-up p50, µs\",100.0,200.0,2.000,50.0,0.500,10.0"
@@ -204,8 +258,12 @@ mod tests {
             lines[6],
             "\"motion to force p99, µs\",200.0,400.0,2.000,100.0,0.500,20.0"
         );
+        assert_eq!(
+            lines[15],
+            "\"motion to force p50, greatest turn, µs\",700.0,1400.0,2.000,350.0,0.500,70.0"
+        );
         assert!(
-            lines[14].starts_with("\"missed in a million periods\",1000.0,"),
+            lines[20].starts_with("\"missed in a million periods\",1000.0,"),
             "{table}"
         );
     }

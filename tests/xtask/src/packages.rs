@@ -10,7 +10,7 @@ struct Need {
     is_there: fn() -> bool,
 }
 
-const NEEDS: [Need; 10] = [
+const NEEDS: [Need; 11] = [
     Need {
         what: "a Vulkan loader",
         package: "libvulkan1",
@@ -48,6 +48,12 @@ const NEEDS: [Need; 10] = [
         package: "dbus",
         only_for_tests: true,
         is_there: || on_path("dbus-daemon") && on_path("dbus-send"),
+    },
+    Need {
+        what: "a Wayland compositor without a screen, for the window's tests",
+        package: "weston",
+        only_for_tests: true,
+        is_there: || on_path("weston"),
     },
     Need {
         what: "a C++ compiler, for the firmware header and its sketches",

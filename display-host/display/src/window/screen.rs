@@ -78,7 +78,7 @@ impl Screen {
         scene: &SceneFile,
     ) -> Result<Self, DisplayError> {
         let mut canvas = Canvas::open(events, proxy, title, size)?;
-        let presented = Watch::of(&canvas.window);
+        let presented = Watch::of(&canvas.window, events.owned_display_handle());
         let gpu = &canvas.gpu;
         let governor = governor(&canvas);
         let mut renderer = Renderer::new(gpu, scene, Quality::live(gpu))?;
@@ -198,6 +198,7 @@ impl Screen {
             }
         });
         let submitted_ns = now_ns();
+        self.presented.ask();
         self.canvas.present(surface, laid)?;
         let handed_ns = now_ns();
         let lit = patch.map(|(patch, lit)| {
@@ -238,7 +239,7 @@ impl Screen {
             self.presented.renew();
         }
         self.presented.hand(handed);
-        session.note_handed(self.presented.refused());
+        session.note_handed(self.presented.source(), self.presented.refused());
         self.presented.take(
             |handed| handed.handed_ns,
             |handed, presented| session.note_presented(&handed, presented),

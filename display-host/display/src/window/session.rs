@@ -28,7 +28,7 @@ use crate::headless::{Ended, Observed, RunOutcome, zeroed_state};
 use crate::kept::Watch;
 use crate::latency::FrameRecord;
 use crate::patch::{Lit, Patch};
-use crate::presentation::{Missing, Presentation, Presented};
+use crate::presentation::{Missing, Presentation, Presented, Source};
 use crate::render::camera::Scope;
 use crate::sound::Sound;
 use crate::sound::synth::Heard;
@@ -264,8 +264,9 @@ impl Session {
     }
 
     /// Counts a picture that was handed over. `refused`: reason for which nothing is told of it.
-    pub(super) fn note_handed(&mut self, refused: Option<&Missing>) {
+    pub(super) fn note_handed(&mut self, source: Option<Source>, refused: Option<&Missing>) {
         self.presentation.handed += 1;
+        self.presentation.source = source;
         if self.presentation.refused.as_ref() != refused {
             self.presentation.refused = refused.cloned();
         }

@@ -233,10 +233,18 @@ fn notes(
     presentation: &PresentationSummary,
 ) -> Vec<String> {
     let mut notes = Vec::new();
-    if presentation.copies > presentation.flips {
+    let on_x11 = presentation.by_hardware.is_none();
+    if on_x11 && presentation.copies > presentation.flips {
         notes.push(
             "most pictures were copied into the window: their presentation is the end of the copy, \
              and the screen may show them a frame later"
+                .to_owned(),
+        );
+    }
+    if presentation.by_hardware == Some(0) {
+        notes.push(
+            "the Wayland compositor read the times of presentation from its own clock and not from the \
+             screen's hardware: the screen may show pictures earlier or later"
                 .to_owned(),
         );
     }
@@ -350,6 +358,14 @@ mod tests {
             ..surface
         };
         let sensor = ("pin", Some(0.05), 0.0);
+        let composed = PresentationSummary {
+            source: Some("wp_presentation"),
+            by_hardware: Some(0),
+            ..copied.clone()
+        };
+        let notes = super::notes(&[], sensor, &plain, &composed);
+        assert_eq!(notes.len(), 1);
+        assert!(notes[0].contains("from its own clock"));
         let flipped = PresentationSummary {
             flips: 9,
             copies: 0,

@@ -1,12 +1,9 @@
 //! Asks the X server when it presents the window's pictures.
 //!
-//! wgpu passes no presentation times on. But drivers show the pictures of a window through the X
-//! server's extension Present, and the server tells each client that asks. So this module opens a
-//! connection of its own and asks for the window's presentations. Each event carries its time, so
-//! it may be read late.
+//! Drivers show the pictures of a window through the X server's extension Present, and the server
+//! tells each client that asks. So this file opens a connection of its own and asks for the window's
+//! presentations. Each event carries its time, so it may be read late.
 
-use winit::raw_window_handle::{HasWindowHandle as _, RawWindowHandle};
-use winit::window::Window;
 use x11rb::connection::{Connection as _, RequestConnection as _};
 use x11rb::errors::ConnectionError;
 use x11rb::protocol::Event;
@@ -15,39 +12,27 @@ use x11rb::protocol::present::{
 };
 use x11rb::rust_connection::RustConnection;
 
-use crate::latency::{FrameRecord, now_ns};
-use crate::patch::Lit;
+use crate::latency::now_ns;
 use crate::presentation::{Missing, Order, Presented, Way, is_this_clock};
 
-/// A picture that was handed to the driver.
-pub(super) struct Handed {
-    /// Record of the scene's picture in it, if that picture is new.
-    pub(super) frame: Option<FrameRecord>,
-    /// The square of `calot photon` in it.
-    pub(super) lit: Option<Lit>,
-    /// Time of the handing over, ns.
-    pub(super) handed_ns: u64,
-}
-
-/// Pictures of a window on their way to the screen. `T` holds the data that are kept of a picture.
-pub(super) struct Watch<T> {
-    server: Result<RustConnection, Missing>,
+/// A window's X server, and the pictures on their way. `T` holds the data that are kept of a
+/// picture.
+pub(super) struct Server<T> {
+    connection: RustConnection,
     order: Order<T>,
 }
 
-impl<T> Watch<T> {
-    /// Watches a window. Call it before its first picture.
-    pub(super) fn of(window: &Window) -> Self {
-        let server = number(window).and_then(|number| ask(None, number));
-        Self {
-            server,
-            order: Order::default(),
-        }
+impl<T> Server<T> {
+    /// Asks the server that DISPLAY names about this window.
+    pub(super) fn of(window: u32) -> Result<Self, Missing> {
+        Self::on(None, window)
     }
 
-    /// Reason for which nothing is told, if that is known.
-    pub(super) fn refused(&self) -> Option<&Missing> {
-        self.server.as_ref().err()
+    fn on(display: Option<&str>, window: u32) -> Result<Self, Missing> {
+        Ok(Self {
+            connection: ask(display, window)?,
+            order: Order::default(),
+        })
     }
 
     /// From now on pictures are of a new swapchain.
@@ -57,23 +42,17 @@ impl<T> Watch<T> {
 
     /// Notes that a picture was handed to the driver.
     pub(super) fn hand(&mut self, picture: T) {
-        if self.server.is_ok() {
-            self.order.hand(picture);
-        }
+        self.order.hand(picture);
     }
 
-    /// Calls `each` for each picture of which the server told since the last call. `handed_ns` is
-    /// the time at which a picture was handed over.
+    /// Calls `each` for each picture of which the server told since the last call.
     pub(super) fn take(
         &mut self,
         handed_ns: impl Fn(&T) -> u64,
         mut each: impl FnMut(T, Presented),
-    ) {
-        let Ok(server) = &self.server else {
-            return;
-        };
-        let outcome = loop {
-            match server.poll_for_event() {
+    ) -> Result<(), Missing> {
+        loop {
+            match self.connection.poll_for_event() {
                 Ok(Some(Event::PresentCompleteNotify(event))) => {
                     let Some(presented) = presented(&event) else {
                         continue;
@@ -82,32 +61,15 @@ impl<T> Watch<T> {
                         continue;
                     };
                     if !is_this_clock(presented.at_ns, handed_ns(&picture), now_ns()) {
-                        break Err(Missing::OtherClock);
+                        return Err(Missing::OtherClock);
                     }
                     each(picture, presented);
                 }
                 Ok(Some(_)) => {}
-                Ok(None) => break Ok(()),
-                Err(error) => break Err(failed(&error)),
+                Ok(None) => return Ok(()),
+                Err(error) => return Err(failed(&error)),
             }
-        };
-        if let Err(missing) = outcome {
-            self.server = Err(missing);
         }
-    }
-}
-
-/// The window's number at the X server.
-fn number(window: &Window) -> Result<u32, Missing> {
-    let handle = window.window_handle();
-    match handle.map(|it| it.as_raw()) {
-        Ok(RawWindowHandle::Xlib(it)) => {
-            u32::try_from(it.window).map_err(|error| Missing::Refused(error.to_string()))
-        }
-        Ok(RawWindowHandle::Xcb(it)) => Ok(it.window.get()),
-        Ok(RawWindowHandle::Wayland(_)) => Err(Missing::Wayland),
-        Ok(other) => Err(Missing::Refused(format!("unknown window {other:?}"))),
-        Err(error) => Err(Missing::Refused(error.to_string())),
     }
 }
 
@@ -148,6 +110,7 @@ fn presented(event: &CompleteNotifyEvent) -> Option<Presented> {
     Some(Presented {
         at_ns: event.ust.saturating_mul(1000),
         way,
+        screen: None,
     })
 }
 
@@ -233,20 +196,17 @@ mod tests {
     fn a_server_tells_when_each_picture_of_another_client_was_presented() {
         let Some(screen) = screen(&[]) else { return };
         let (client, number) = window(&screen.1);
-        let mut watch = Watch {
-            server: ask(Some(&screen.1), number),
-            order: Order::default(),
-        };
-        assert_eq!(watch.refused(), None);
+        let mut server = Server::on(Some(&screen.1), number).unwrap();
         let mut told = Vec::new();
         let begun_ns = now_ns();
         for serial in 1..=5 {
-            watch.hand(now_ns());
+            server.hand(now_ns());
             show(&client, number, serial);
         }
         let begun = Instant::now();
         while told.len() < 5 && begun.elapsed() < Duration::from_secs(20) {
-            watch.take(|it| *it, |handed_ns, it| told.push((handed_ns, it)));
+            let taken = server.take(|it| *it, |handed_ns, it| told.push((handed_ns, it)));
+            taken.unwrap();
             std::thread::sleep(Duration::from_millis(2));
         }
         assert_eq!(told.len(), 5);
@@ -274,17 +234,15 @@ mod tests {
         }
         let Some(ends) = screen(&[]) else { return };
         let (client, number) = window(&ends.1);
-        let mut watch = Watch::<()> {
-            server: ask(Some(&ends.1), number),
-            order: Order::default(),
-        };
+        let mut server = Server::<()>::on(Some(&ends.1), number).unwrap();
         let name = ends.1.clone();
         drop((ends, client));
         let begun = Instant::now();
-        while watch.refused().is_none() && begun.elapsed() < Duration::from_secs(20) {
-            watch.take(|()| 0, |(), _| ());
+        let mut taken = Ok(());
+        while taken.is_ok() && begun.elapsed() < Duration::from_secs(20) {
+            taken = server.take(|()| 0, |(), _| ());
         }
-        assert!(matches!(watch.refused(), Some(Missing::Refused(_))));
+        assert!(matches!(taken, Err(Missing::Refused(_))));
         assert!(matches!(ask(Some(&name), number), Err(Missing::Refused(_))));
     }
 
