@@ -16,6 +16,8 @@
 //!
 //! - `trainee`: `name` is the name that the person chose, in Unicode's form NFC. `cohort` is free
 //!   text such as `novice`; empty: not told. `consent` to a study is `yes`, `no` or `unknown`.
+//!   `cohort_unix_s` and `consent_unix_s` say when that was told; NULL: nobody told it, or an
+//!   earlier version was told.
 //! - `session`: `id` is a UUID of version 7. `metrics` is a JSON object of numbers; a metric
 //!   without a value is absent, and only rows of equal `metrics_version` compare. `hand` is
 //!   `person` or `scripted`. `realtime` (1 or 0) and `missed_ticks` say how the controller ran;
@@ -36,7 +38,7 @@
 //! version becomes one of this version when a command writes to it; reading leaves it as it is.
 
 /// Version of the tables.
-pub const SCHEMA_VERSION: i64 = 3;
+pub const SCHEMA_VERSION: i64 = 4;
 /// Oldest version that this program reads.
 pub(crate) const OLDEST_VERSION: i64 = 1;
 /// SQLite's application id, "Calo" in ASCII. It marks the file as a store of Calot.
@@ -154,6 +156,20 @@ CREATE TRIGGER rated AFTER INSERT ON point BEGIN
 END;
 CREATE TRIGGER enrolled AFTER UPDATE OF cohort, consent ON trainee
 WHEN OLD.cohort <> NEW.cohort OR OLD.consent <> NEW.consent BEGIN
+    DELETE FROM delivery WHERE state = 'there'
+        AND session IN (SELECT id FROM session WHERE trainee = NEW.id);
+END;
+";
+
+/// SQL that adds what version 4 has beyond version 3. A telling with a later time goes to centres
+/// even if it says the same, because a centre may have heard otherwise in between.
+pub(crate) const FOURTH: &str = "
+ALTER TABLE trainee ADD COLUMN cohort_unix_s INTEGER;
+ALTER TABLE trainee ADD COLUMN consent_unix_s INTEGER;
+DROP TRIGGER enrolled;
+CREATE TRIGGER enrolled AFTER UPDATE OF cohort, consent, cohort_unix_s, consent_unix_s ON trainee
+WHEN OLD.cohort <> NEW.cohort OR OLD.consent <> NEW.consent
+    OR OLD.cohort_unix_s IS NOT NEW.cohort_unix_s OR OLD.consent_unix_s IS NOT NEW.consent_unix_s BEGIN
     DELETE FROM delivery WHERE state = 'there'
         AND session IN (SELECT id FROM session WHERE trainee = NEW.id);
 END;

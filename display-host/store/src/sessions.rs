@@ -105,6 +105,9 @@ pub(crate) fn check_text(id: &str, text: &str) -> Result<(), StoreError> {
     }
 }
 
+/// Site of a session: that of its store, if it was kept before the store had one.
+pub(crate) const SITE: &str = "coalesce(nullif(session.site, ''), (SELECT value FROM setting WHERE setting.name = 'site'), '')";
+
 /// Columns of a session that a query takes, without its trainee.
 pub(crate) const COLUMNS: [&str; 18] = [
     "id",

@@ -36,7 +36,7 @@ Examples:
 The file is SQLite. Its tables: trainee (name, cohort, consent), session (task, score, metrics as JSON, hand,
 realtime, missed_ticks, device, driver, site, …), answer, rating and point (scoring sheets), setting, and marks
 of who was forgotten; destination, delivery and withdrawal say what a centre has. Reading never changes the file.
-A store of an older version becomes one of version 3 with the first command that writes to it.")]
+A store of an older version becomes one of version 4 with the first command that writes to it.")]
 pub(crate) struct StoreArgs {
     #[command(flatten)]
     pub(crate) file: StoreFile,
