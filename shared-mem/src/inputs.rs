@@ -114,8 +114,8 @@ pub struct RunSetup {
     /// Iterations of the inner-sphere paper's method; 0: the run solves neo-Hookean tetrahedra
     /// instead.
     pub paper_iterations: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// Trocar of the station: 0 the scene's, 1 a real one (nothing is rendered), 2 dry, 3 wet.
+    pub trocar: u32,
 }
 
 /// Service `inputs`: one batch of records. Each batch carries the setup, so that a recorder can

@@ -24,5 +24,9 @@ pub const MAX_DENTS: usize = 64;
 pub const TIMING_BATCH: usize = 64;
 /// Number of stages of a tick: see [`crate::message::STAGE_NAMES`].
 pub const STAGES: usize = 7;
+/// Largest friction in a [`crate::scene::TrocarRecord`], N.
+pub const TROCAR_FRICTION_MAX_N: f32 = 8.0;
+/// Largest elasticity of the wall in a [`crate::scene::TrocarRecord`], N m/rad.
+pub const TROCAR_WALL_MAX_NM_RAD: f32 = 2.0;
 /// Number of kinds of faults that a [`crate::message::TimingBatch`] counts.
 pub const FAULTS: usize = Fault::ALL.len();

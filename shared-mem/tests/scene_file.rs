@@ -6,7 +6,8 @@ use shared_mem::message::PoseMsg;
 use shared_mem::scene::{
     AttachmentRecord, CellColumnRecord, CellRecord, ContactVertexRecord, LinkRecord,
     MaterialRecord, NO_CELL, NO_CONTACT_VERTEX, OrganKind, OrganRecord, RoomRecord, SceneData,
-    SceneError, SceneFile, SphereRecord, TetraRecord, VertexRecord, WORLD, name_from_str,
+    SceneError, SceneFile, SphereRecord, TetraRecord, TrocarRecord, VertexRecord, WORLD,
+    name_from_str,
 };
 
 #[path = "../fuzz/body.rs"]
@@ -130,6 +131,35 @@ fn tiny_scene() -> SceneData {
     }
 }
 
+fn trocar(sliding_n: f32, breakaway_n: f32, wall_nm_rad: f32) -> TrocarRecord {
+    TrocarRecord {
+        sliding_n,
+        breakaway_n,
+        wall_nm_rad,
+    }
+}
+
+#[test]
+fn a_trocar_is_read_as_written_and_its_absence_leaves_the_bytes_as_they_were() {
+    let without = tiny_scene();
+    let with = SceneData {
+        trocar: Some(trocar(1.0, 1.5, 0.3)),
+        ..tiny_scene()
+    };
+    let read = |data: &SceneData| SceneFile::from_bytes(&data.to_bytes().unwrap()).unwrap();
+    assert_eq!(read(&with).trocar(), with.trocar.as_ref());
+    assert_eq!(read(&with).cell_columns(), with.cell_columns);
+    assert_eq!(read(&without).trocar(), None);
+    // Header with 14 sections, as scenes had before trocars were known.
+    let bytes = without.to_bytes().unwrap();
+    assert_eq!(bytes[12..16], 14u32.to_le_bytes());
+    assert_ne!(read(&with).id(), read(&without).id());
+    let mut broken = with.to_bytes().unwrap();
+    broken[12] = 16;
+    let error = SceneFile::from_bytes(&broken).unwrap_err();
+    assert!(matches!(error, SceneError::NotAScene("wrong length")));
+}
+
 #[test]
 fn a_scene_is_read_as_written() {
     let folder = tempfile::tempdir().unwrap();
@@ -231,6 +261,15 @@ fn every_fault_is_refused_and_named() {
         ("cell 1: region must be 0 to 3", |s| s.cells[1].region = 9),
         ("cell corner 2", |s| s.cell_corners[2].weights[0] = 1),
         ("cell column 1", |s| s.cell_columns[1].inwards[5] = 6),
+        ("trocar 0: sliding_n is 9, allowed are 0 to 8", |s| {
+            s.trocar = Some(trocar(9.0, 9.0, 0.0));
+        }),
+        ("trocar 0: breakaway_n is 1, allowed are 2 to 8", |s| {
+            s.trocar = Some(trocar(2.0, 1.0, 0.0));
+        }),
+        ("trocar 0: wall_nm_rad is NaN, allowed are 0 to 2", |s| {
+            s.trocar = Some(trocar(0.0, 0.0, f32::NAN));
+        }),
         ("instrument length", |s| {
             if let Some(room) = &mut s.room {
                 room.instrument_length_m = 0.0;

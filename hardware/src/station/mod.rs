@@ -38,6 +38,7 @@
 //! [ports]                             # where the trocars are, world frame
 //! instrument_m = [0.0, 0.03, 0.18]
 //! endoscope_m = [0.05, -0.1, 0.1]
+//! trocar = "real"                     # a real one rubs by itself; or "dry", "wet": rendered
 //!
 //! [frames.world_from_device]          # `calot devices calibrate` finds these two
 //! position_m = [0.1, 0.0, 0.2]
@@ -58,6 +59,7 @@ mod scaled;
 use std::path::{Path, PathBuf};
 
 use rt_core::math::{Pose, Vec3};
+use rt_core::scene::TrocarChoice;
 
 use crate::HardwareError;
 use crate::bird::BirdSetup;
@@ -83,6 +85,8 @@ pub struct StationFile {
     pub instrument_port_m: Option<Vec3>,
     /// The endoscope's trocar, world frame, m; `None`: the scene's.
     pub endoscope_port_m: Option<Vec3>,
+    /// The instrument's trocar; by default the scene's.
+    pub trocar: TrocarChoice,
     /// Places of the station that the devices can touch, for calibration.
     pub landmarks: Vec<Landmark>,
 }

@@ -13,9 +13,10 @@
 //!   clipped places are dropped. A further burnt place replaces the least burnt one.
 //! - `MAX_CAPSULES` is never reached: both tools together have four capsules at most.
 //! - `CLIPS` is a supply.
+//! - `TROCAR_FRICTION_MAX_N` and `TROCAR_WALL_MAX_NM_RAD` bound what a scene may ask of the port.
 //!
-//! Seven of the limits are also lengths in shared-memory messages (`shared_mem::limits`).
-//! `border.rs` of `rt-process` does not compile if a limit differs from its length.
+//! Nine of the limits are also limits of messages and files (`shared_mem::limits`).
+//! `border.rs` of `rt-process` does not compile if one of them differs.
 
 /// Organs in a scene.
 pub const MAX_ORGANS: usize = 16;
@@ -71,6 +72,12 @@ pub const MAX_SCORCHED: usize = 64;
 pub const MAX_CELLS: usize = 8192;
 /// Spheres that a grasper can hold at once.
 pub const MAX_GRASPED: usize = 64;
+
+/// Largest friction that a scene may ask for, N: the largest that was measured in trocars of 12 mm
+/// (Alazmani and others 2015, doi:10.1177/0954411915576769, 0.25 to 8 N).
+pub const TROCAR_FRICTION_MAX_N: f32 = 8.0;
+/// Largest elasticity of the wall that a scene may ask for, N m/rad. Assumed.
+pub const TROCAR_WALL_MAX_NM_RAD: f32 = 2.0;
 
 const _: () = assert!(
     MAX_SPHERES <= u16::MAX as usize + 1,

@@ -6,12 +6,12 @@ use nalgebra::{Quaternion, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
 use rt_core::scene::{
     Anchor, Attachment, Cell, Column, Inside, Layers, Link, Material, Organ, RestSphere, Room,
-    Scene, SceneError, Skin, SkinVertex, Tetra, TetraBatch, batches,
+    Scene, SceneError, Skin, SkinVertex, Tetra, TetraBatch, Trocar, TrocarChoice, batches,
 };
 use shared_mem::message::PoseMsg;
 use shared_mem::scene::{
     AttachmentRecord, CellColumnRecord, CellRecord, ContactVertexRecord, LinkRecord, OrganKind,
-    OrganRecord, RoomRecord, SceneData, SceneFile, SphereRecord, TetraRecord, WORLD,
+    OrganRecord, RoomRecord, SceneData, SceneFile, SphereRecord, TetraRecord, TrocarRecord, WORLD,
 };
 
 /// The records of a scene that the core needs.
@@ -28,6 +28,7 @@ pub struct Records<'a> {
     cells: &'a [CellRecord],
     columns: &'a [CellColumnRecord],
     room: &'a RoomRecord,
+    trocar: Option<&'a TrocarRecord>,
 }
 
 impl<'a> Records<'a> {
@@ -46,6 +47,7 @@ impl<'a> Records<'a> {
             cells: file.cells(),
             columns: file.cell_columns(),
             room: file.room(),
+            trocar: file.trocar(),
         }
     }
 
@@ -64,6 +66,7 @@ impl<'a> Records<'a> {
             cells: &data.cells,
             columns: &data.cell_columns,
             room: data.room.as_ref()?,
+            trocar: data.trocar.as_ref(),
         })
     }
 }
@@ -84,6 +87,10 @@ pub struct SceneStorage {
     /// The room: gravity, breath, ports, and the poses of devices and camera. A caller may
     /// overwrite ports and poses before it calls `SceneStorage::scene`.
     pub room: Room,
+    /// The trocar that the scene asks for.
+    asked: Trocar,
+    /// Place at which an untilted trocar points, m.
+    target_m: Vec3,
 }
 
 impl SceneStorage {
@@ -117,7 +124,28 @@ impl SceneStorage {
             cells: records.cells.iter().map(cell).collect(),
             columns: records.columns.iter().map(column).collect(),
             room: room(records.room),
-        })
+            asked: records.trocar.map_or(Trocar::NONE, trocar),
+            target_m: Vec3::from(records.room.target_m),
+        }
+        .with_trocar(TrocarChoice::Scene))
+    }
+
+    fn with_trocar(mut self, choice: TrocarChoice) -> Self {
+        self.choose_trocar(choice);
+        self
+    }
+
+    /// Sets the trocar of the room. Untilted, it points from the instrument's port to the scene's
+    /// target. Call this again after moving the port.
+    pub fn choose_trocar(&mut self, choice: TrocarChoice) {
+        let towards = self.target_m - self.room.instrument_port_m;
+        let length = towards.norm();
+        self.room.trocar = choice.of(self.asked);
+        if length > f32::MIN_POSITIVE {
+            self.room.trocar.axis = towards / length;
+        } else {
+            self.room.trocar.wall_nm_rad = 0.0; // a target in the port gives no direction
+        }
     }
 
     /// The scene, checked by the core.
@@ -267,6 +295,17 @@ fn room(record: &RoomRecord) -> Room {
         endoscope_port_m: Vec3::from(record.endoscope_port_m),
         world_from_camera: pose(&record.world_from_camera),
         breath_s: record.breath_s,
+        trocar: Trocar::NONE,
+    }
+}
+
+/// Converts a trocar; [`SceneStorage::choose_trocar`] sets its axis.
+fn trocar(record: &TrocarRecord) -> Trocar {
+    Trocar {
+        sliding_n: record.sliding_n,
+        breakaway_n: record.breakaway_n,
+        wall_nm_rad: record.wall_nm_rad,
+        ..Trocar::NONE
     }
 }
 

@@ -191,6 +191,7 @@ fn assemble(
     }
     let (room, warning) = room::place(recipe, skins)?;
     scene.room = Some(room);
+    scene.trocar = recipe.room.trocar.as_ref().map(room::trocar);
     // Refuse a scene here that the processes would refuse.
     scene.to_bytes()?;
     runs::check(&scene, &recipe.organs, skins)?;

@@ -6,13 +6,13 @@
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use shared_mem::message::PoseMsg;
-use shared_mem::scene::{OrganKind, RoomRecord, name_from_str};
+use shared_mem::scene::{OrganKind, RoomRecord, TrocarRecord, name_from_str};
 
 use crate::Vec3;
 use crate::error::PrepareError;
 use crate::field::Nearest;
 use crate::mesh::Mesh;
-use crate::recipe::{Frame, OrganPlan, Recipe};
+use crate::recipe::{Frame, OrganPlan, Recipe, TrocarPlan};
 
 /// Lengths of the shaft outside of the body with which a hand can work, m.
 const OUTSIDE_M: std::ops::RangeInclusive<f64> = 0.08..=0.20;
@@ -162,6 +162,15 @@ pub fn place(
         breath_s: plan.breath_s.unwrap_or(0.0) as f32,
     };
     Ok((room, warning))
+}
+
+/// The trocar's record.
+pub(crate) fn trocar(plan: &TrocarPlan) -> TrocarRecord {
+    TrocarRecord {
+        sliding_n: plan.sliding_n as f32,
+        breakaway_n: plan.breakaway_n as f32,
+        wall_nm_rad: plan.wall_nm_rad as f32,
+    }
 }
 
 /// Place of the camera and direction of view, with the `target` near the middle of the picture. The

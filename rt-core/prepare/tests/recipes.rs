@@ -188,6 +188,20 @@ fn mistakes_name_line_key_value_and_remedy() {
             "is 3; allowed: 0.1 to 0.6",
         ),
         (
+            "_length_m = 0.3",
+            "_length_m = 0.3\n[room.trocar]\nsliding_n = 9",
+            6,
+            "room.trocar.sliding_n",
+            "is 9; allowed: 0 to 8",
+        ),
+        (
+            "_length_m = 0.3",
+            "_length_m = 0.3\ntrocar = { sliding_n = 2, breakaway_n = 1 }",
+            5,
+            "room.trocar.breakaway_n",
+            "is 1; allowed: 2 to 8",
+        ),
+        (
             "mesh = \"liver.obj\"",
             "",
             7,

@@ -21,6 +21,10 @@ const _: () = {
     assert!(limits::MAX_CAPSULES == capacity::MAX_CAPSULES);
     assert!(limits::MAX_DENTS == capacity::MAX_CONTACT_CONSTRAINTS);
     assert!(limits::MAX_TUBE_LINKS == capacity::MAX_TUBE_LINKS);
+    let most = capacity::TROCAR_FRICTION_MAX_N;
+    assert!(limits::TROCAR_FRICTION_MAX_N.to_bits() == most.to_bits());
+    let most = capacity::TROCAR_WALL_MAX_NM_RAD;
+    assert!(limits::TROCAR_WALL_MAX_NM_RAD.to_bits() == most.to_bits());
     assert!(limits::STAGES == Stage::ALL.len());
     assert!(limits::FAULTS == FAULT_COUNT);
     assert!(StateFrame::GONE == rt_core::tissue::cells::REMOVED);

@@ -5,7 +5,7 @@ use rt_core::math::{Pose, Vec3};
 use rt_core::port::{
     Buttons, DeviceCapabilities, DeviceSample, Opening, PedalSample, Polled, TrackerSample,
 };
-use rt_core::scene::Room;
+use rt_core::scene::{Room, TrocarChoice};
 use rt_core::sim::{Command, Complication, Digest, Parameters, Samples, Task};
 use rt_core::tool::Instrument;
 use shared_mem::inputs::{InputRecord, RunSetup};
@@ -158,6 +158,7 @@ pub(crate) fn setup(
     room: &Room,
     device: &DeviceCapabilities,
     parameters: &Parameters,
+    trocar: TrocarChoice,
     paper_iterations: u32,
 ) -> RunSetup {
     RunSetup {
@@ -183,7 +184,7 @@ pub(crate) fn setup(
             device.opening.force_max_n,
             device.opening.stiffness_max_n_m,
         ],
-        reserved: 0,
+        trocar: trocar as u32,
         force_ramp_s: parameters.force_ramp_s,
         force_enabled: parameters.force_enabled.into(),
         paper_iterations,
@@ -222,6 +223,11 @@ pub(crate) fn capabilities(setup: &RunSetup) -> DeviceCapabilities {
     }
 }
 
+/// Trocar of a recorded run. A number that this program does not know means the scene's.
+pub(crate) fn trocar(setup: &RunSetup) -> TrocarChoice {
+    TrocarChoice::from_number(setup.trocar).unwrap_or_default()
+}
+
 /// Parameters of a recorded run.
 pub(crate) fn parameters(setup: &RunSetup) -> Parameters {
     Parameters {
@@ -249,6 +255,7 @@ pub(crate) fn pose(message: &PoseMsg) -> Pose {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use rt_core::scene::Trocar;
 
     fn poses() -> impl Strategy<Value = Pose> {
         (
@@ -344,12 +351,15 @@ mod tests {
             endoscope_port_m: Vec3::new(10.0, 11.0, 12.0),
             world_from_camera: Pose::identity(),
             breath_s: 0.0,
+            trocar: Trocar::NONE,
         };
         let given = Parameters {
             force_ramp_s: 0.25,
             force_enabled: true,
         };
-        let setup = setup([3; 16], 1_000_000, &room, &device, &given, 7);
+        let wet = TrocarChoice::Wet;
+        let setup = setup([3; 16], 1_000_000, &room, &device, &given, wet, 7);
+        assert_eq!(trocar(&setup), wet);
         assert_eq!(capabilities(&setup), device);
         assert_eq!(parameters(&setup), given);
         assert_eq!(setup.paper_iterations, 7);

@@ -10,7 +10,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use rt_core::math::{Pose, Vec3};
-use rt_core::scene::{Room, Scene};
+use rt_core::scene::{Room, Scene, Trocar};
 use rt_core::sim::Sim;
 use rt_core::state::State;
 use shared_mem::message::TimingBatch;
@@ -254,6 +254,7 @@ pub fn empty_tick_cost_ns(ticks: u64) -> Result<f64, RtError> {
         endoscope_port_m: Vec3::zeros(),
         world_from_camera: Pose::identity(),
         breath_s: 0.0,
+        trocar: Trocar::NONE,
     };
     let measure = move || {
         let Ok(scene) = Scene::new(&[], &[], &[], room) else {

@@ -67,7 +67,16 @@ pub fn rehearse<R>(
     let device = (&Capabilities::touch_class()).into();
     let at_rest = loaded.scene()?;
     let room = at_rest.room();
-    let setup = inputs::setup(loaded.short_id, PERIOD_NS, room, &device, &parameters, 0);
+    let trocar = loaded.trocar;
+    let setup = inputs::setup(
+        loaded.short_id,
+        PERIOD_NS,
+        room,
+        &device,
+        &parameters,
+        trocar,
+        0,
+    );
     let sim = Sim::new(at_rest, &mut state, device, parameters);
     let hand = LedHand::new(script(scene.room()), &Wish::default());
     let hand = hand.map_err(|source| RtError::Device {

@@ -207,7 +207,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
     use rt_core::math::{Pose, Vec3};
-    use rt_core::scene::Room;
+    use rt_core::scene::{Room, Trocar};
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
@@ -229,6 +229,7 @@ mod tests {
                 endoscope_port_m: setup.endoscope_port_m.into(),
                 world_from_camera: Pose::identity(),
                 breath_s: 0.0,
+                trocar: Trocar::NONE,
             };
             if is_plausible {
                 room.world_from_device = Pose::identity();

@@ -239,7 +239,10 @@ impl Run<'_> {
                 .as_ref()
                 .map(ScopeLine::open)
                 .transpose()?,
-            settings: Settings::new(self.config, self.admission.as_ref()),
+            settings: Settings {
+                trocar: self.scene.trocar,
+                ..Settings::new(self.config, self.admission.as_ref())
+            },
         };
         let (tell, told) = mpsc::sync_channel(1);
         let thread = spawn("tick", TICK_STACK_BYTES, move || {

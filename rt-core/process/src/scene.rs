@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hardware::station::StationFile;
 use rt_core::math::Vec3;
-use rt_core::scene::Scene;
+use rt_core::scene::{Scene, TrocarChoice};
 use scene_load::{Records, SceneStorage};
 use shared_mem::inputs::RunSetup;
 use shared_mem::scene::SceneFile;
@@ -20,6 +20,8 @@ pub(crate) struct LoadedScene {
     pub(crate) short_id: [u8; 16],
     /// The whole identity, hexadecimal.
     pub(crate) id: String,
+    /// Trocar that the station file names.
+    pub(crate) trocar: TrocarChoice,
     storage: SceneStorage,
 }
 
@@ -37,6 +39,8 @@ impl LoadedScene {
         room.world_from_tracker = inputs::pose(&setup.world_from_tracker);
         room.instrument_port_m = Vec3::from(setup.instrument_port_m);
         room.endoscope_port_m = Vec3::from(setup.endoscope_port_m);
+        self.trocar = inputs::trocar(setup);
+        self.storage.choose_trocar(self.trocar);
         self
     }
 
@@ -52,6 +56,7 @@ impl LoadedScene {
             name: file.name().to_owned(),
             short_id: file.short_id(),
             id: file.id().iter().map(|byte| format!("{byte:02x}")).collect(),
+            trocar: station.trocar,
             storage,
         };
         loaded.scene()?;
@@ -84,4 +89,5 @@ fn arrange(storage: &mut SceneStorage, station: &StationFile) {
     if let Some(port_m) = station.endoscope_port_m {
         room.endoscope_port_m = port_m;
     }
+    storage.choose_trocar(station.trocar);
 }

@@ -1,5 +1,6 @@
 //! Settings of the tick's thread.
 
+use rt_core::scene::TrocarChoice;
 use rt_core::sim::Parameters;
 use shared_mem::message::STAGES;
 
@@ -23,6 +24,8 @@ pub(crate) struct Settings {
     pub(crate) periods_max: Option<u64>,
     pub(crate) parameters: Parameters,
     pub(crate) paper_iterations: u32,
+    /// Trocar that the station file names.
+    pub(crate) trocar: TrocarChoice,
     pub(crate) on_violation: OnViolation,
 }
 
@@ -41,6 +44,7 @@ impl Settings {
             periods_max: config.periods_max,
             parameters: config.parameters,
             paper_iterations: config.paper_iterations,
+            trocar: TrocarChoice::Scene,
             on_violation: config.on_violation,
         }
     }

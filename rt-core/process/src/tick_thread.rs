@@ -115,6 +115,7 @@ fn prepare(
         scene.room(),
         &capabilities,
         &settings.parameters,
+        settings.trocar,
         settings.paper_iterations,
     ));
     storage.sim(scene, capabilities, settings.parameters)
@@ -193,7 +194,7 @@ mod tests {
     use rt_core::port::{
         DeviceCapabilities, DeviceSample, ForceCommand, HapticDevice, LineCounters, Polled,
     };
-    use rt_core::scene::Room;
+    use rt_core::scene::{Room, Trocar};
     use shared_mem::inputs::InputRecord;
     use shared_mem::message::TickRecord;
     use std::sync::{Mutex, mpsc};
@@ -242,6 +243,7 @@ mod tests {
             endoscope_port_m: Vec3::zeros(),
             world_from_camera: Pose::identity(),
             breath_s: 0.0,
+            trocar: Trocar::NONE,
         }
     }
 

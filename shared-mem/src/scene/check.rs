@@ -8,6 +8,7 @@ use super::{
     AttachmentRecord, CellRecord, NO_CELL, NO_CONTACT_VERTEX, OrganKind, OrganRecord, WEIGHT_SUM,
     WORLD, str_from_name,
 };
+use crate::limits;
 use crate::message::{MAX_CELLS, MAX_SPHERES, MAX_SUTURES};
 
 impl SceneFile {
@@ -159,9 +160,33 @@ impl SceneFile {
                 room.breath_s
             )));
         }
-        str_from_name(&room.name)
-            .map(|_| ())
-            .ok_or_else(|| bad("its name is not UTF-8".into()))
+        str_from_name(&room.name).ok_or_else(|| bad("its name is not UTF-8".into()))?;
+        self.check_trocar()
+    }
+
+    fn check_trocar(&self) -> Result<(), SceneError> {
+        check_count("trocar", self.sections[14].count as usize, 0, 1)?;
+        let Some(trocar) = self.trocar() else {
+            return Ok(());
+        };
+        let most_n = limits::TROCAR_FRICTION_MAX_N;
+        let rules = [
+            ("sliding_n", trocar.sliding_n, 0.0, most_n),
+            ("breakaway_n", trocar.breakaway_n, trocar.sliding_n, most_n),
+            (
+                "wall_nm_rad",
+                trocar.wall_nm_rad,
+                0.0,
+                limits::TROCAR_WALL_MAX_NM_RAD,
+            ),
+        ];
+        for (name, value, least, most) in rules {
+            if !(least..=most).contains(&value) {
+                let problem = format!("{name} is {value}, allowed are {least} to {most}");
+                return Err(record_error("trocar", 0, problem));
+            }
+        }
+        Ok(())
     }
 
     fn check_elements(&self) -> Result<(), SceneError> {

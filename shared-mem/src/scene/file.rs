@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use bytemuck::Pod;
 
 use super::error::SceneError;
-use super::header::{HEADER_BYTES, Header, SECTIONS, Section, TABLE_ENTRY_BYTES};
+use super::header::{HEADER_BYTES, Header, SECTIONS, SECTIONS_MIN, Section, head_bytes};
 use super::levels;
 use super::{
     AttachmentRecord, BINDINGS, CellColumnRecord, CellRecord, ContactVertexRecord, LAYOUT_VERSION,
-    LinkRecord, MAGIC, OrganRecord, RoomRecord, SceneId, SphereRecord, TetraRecord, VertexRecord,
-    str_from_name,
+    LinkRecord, MAGIC, OrganRecord, RoomRecord, SceneId, SphereRecord, TetraRecord, TrocarRecord,
+    VertexRecord, str_from_name,
 };
 
 /// A checked, read-only compiled scene, mapped from a file or copied from bytes in memory.
@@ -101,8 +101,7 @@ impl SceneFile {
 
     fn check(bytes: Bytes) -> Result<Self, SceneError> {
         let all = bytes.get();
-        let head = HEADER_BYTES + SECTIONS * TABLE_ENTRY_BYTES;
-        if all.len() < head {
+        if all.len() < head_bytes(SECTIONS_MIN) {
             return Err(SceneError::NotAScene("too short"));
         }
         let header: Header = *bytemuck::from_bytes(&all[..HEADER_BYTES]);
@@ -114,12 +113,16 @@ impl SceneFile {
                 found: header.version,
             });
         }
-        if header.sections as usize != SECTIONS || header.bytes != all.len() as u64 {
+        let count = header.sections as usize;
+        let head = head_bytes(count.min(SECTIONS));
+        let is_known = (SECTIONS_MIN..=SECTIONS).contains(&count);
+        if !is_known || all.len() < head || header.bytes != all.len() as u64 {
             return Err(SceneError::NotAScene("wrong length"));
         }
         if *blake3::hash(&all[HEADER_BYTES..]).as_bytes() != header.identity {
             return Err(SceneError::Identity);
         }
+        // A section that the file lacks is empty.
         let mut sections = [Section {
             kind: 0,
             element_bytes: 0,
@@ -127,8 +130,8 @@ impl SceneFile {
             count: 0,
             reserved: 0,
         }; SECTIONS];
-        sections.copy_from_slice(bytemuck::cast_slice(&all[HEADER_BYTES..head]));
-        for (i, section) in sections.iter().enumerate() {
+        sections[..count].copy_from_slice(bytemuck::cast_slice(&all[HEADER_BYTES..head]));
+        for (i, section) in sections[..count].iter().enumerate() {
             let bytes = section.count.checked_mul(u64::from(section.element_bytes));
             let end = bytes.and_then(|n| section.offset.checked_add(n));
             if section.kind as usize != i + 1
@@ -264,6 +267,12 @@ impl SceneFile {
     pub fn cell_columns(&self) -> &[CellColumnRecord] {
         self.section(13)
     }
+
+    /// The instrument's trocar, if the scene has one.
+    #[must_use]
+    pub fn trocar(&self) -> Option<&TrocarRecord> {
+        self.section(14).first()
+    }
 }
 
 const ELEMENT_BYTES: [usize; SECTIONS] = [
@@ -281,6 +290,7 @@ const ELEMENT_BYTES: [usize; SECTIONS] = [
     size_of::<CellRecord>(),
     size_of::<VertexRecord>(),
     size_of::<CellColumnRecord>(),
+    size_of::<TrocarRecord>(),
 ];
 
 const _: () = assert!(BINDINGS == 8 && size_of::<VertexRecord>() == 56);

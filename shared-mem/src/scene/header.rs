@@ -5,7 +5,10 @@ use super::SceneId;
 pub(super) const HEADER_BYTES: usize = 64;
 pub(super) const TABLE_ENTRY_BYTES: usize = 32;
 pub(super) const ALIGN: usize = 64;
-pub(super) const SECTIONS: usize = 14;
+/// Sections that every scene has.
+pub(super) const SECTIONS_MIN: usize = 14;
+/// Sections of a scene that has all.
+pub(super) const SECTIONS: usize = 15;
 
 /// Header of one level in the file.
 #[repr(C)]
@@ -17,6 +20,11 @@ pub(super) struct Header {
     pub(super) identity: SceneId,
     pub(super) bytes: u64,
     pub(super) reserved: u64,
+}
+
+/// Bytes of header and section table.
+pub(super) const fn head_bytes(sections: usize) -> usize {
+    HEADER_BYTES + sections * TABLE_ENTRY_BYTES
 }
 
 /// One row of the section table. The sections have the order of [`super::SceneData`]'s fields.

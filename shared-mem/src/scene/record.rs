@@ -85,6 +85,19 @@ pub struct RoomRecord {
     pub breath_s: f32,
 }
 
+/// The instrument's trocar. A scene has at most one such record; without it the port neither rubs
+/// nor resists tilting. Untilted, the trocar points to the room's target.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct TrocarRecord {
+    /// Friction of the shaft that slides in the seal, N.
+    pub sliding_n: f32,
+    /// Friction at which a resting shaft breaks away, N.
+    pub breakaway_n: f32,
+    /// Elasticity of the abdominal wall against tilting, N m/rad.
+    pub wall_nm_rad: f32,
+}
+
 /// A material. The two stiffnesses without a unit are for the inner-sphere paper's method.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]

@@ -7,10 +7,11 @@ use bytemuck::Pod;
 
 use super::error::SceneError;
 use super::file::SceneFile;
-use super::header::{ALIGN, HEADER_BYTES, Header, SECTIONS, Section, TABLE_ENTRY_BYTES};
+use super::header::{ALIGN, HEADER_BYTES, Header, SECTIONS, SECTIONS_MIN, Section, head_bytes};
 use super::{
     AttachmentRecord, CellColumnRecord, CellRecord, ContactVertexRecord, LAYOUT_VERSION,
-    LinkRecord, MAGIC, OrganRecord, RoomRecord, SceneId, SphereRecord, TetraRecord, VertexRecord,
+    LinkRecord, MAGIC, OrganRecord, RoomRecord, SceneId, SphereRecord, TetraRecord, TrocarRecord,
+    VertexRecord,
 };
 
 /// A scene as preparation builds it.
@@ -45,6 +46,8 @@ pub struct SceneData {
     pub cell_corners: Vec<VertexRecord>,
     /// For each contact vertex, the cells under it; empty if the scene has no cells.
     pub cell_columns: Vec<CellColumnRecord>,
+    /// The instrument's trocar; `None`: it neither rubs nor resists tilting.
+    pub trocar: Option<TrocarRecord>,
 }
 
 impl SceneData {
@@ -55,7 +58,13 @@ impl SceneData {
     /// bytes.
     pub fn to_bytes(&self) -> Result<Vec<u8>, SceneError> {
         let room = self.room.ok_or(SceneError::MissingRoom)?;
+        let sections = if self.trocar.is_some() {
+            SECTIONS
+        } else {
+            SECTIONS_MIN
+        };
         let mut body = Body {
+            head: head_bytes(sections),
             table: Vec::new(),
             bytes: Vec::new(),
         };
@@ -73,6 +82,9 @@ impl SceneData {
         body.push(12, &self.cells);
         body.push(13, &self.cell_corners);
         body.push(14, &self.cell_columns);
+        if let Some(trocar) = &self.trocar {
+            body.push(15, core::slice::from_ref(trocar));
+        }
 
         let table: &[u8] = bytemuck::cast_slice(&body.table);
         let mut hash = blake3::Hasher::new();
@@ -80,7 +92,7 @@ impl SceneData {
         let header = Header {
             magic: MAGIC,
             version: LAYOUT_VERSION,
-            sections: SECTIONS as u32,
+            sections: sections as u32,
             identity: *hash.finalize().as_bytes(),
             bytes: (HEADER_BYTES + table.len() + body.bytes.len()) as u64,
             reserved: 0,
@@ -170,15 +182,16 @@ fn identity(bytes: &[u8]) -> SceneId {
 }
 
 struct Body {
+    /// Bytes before the first section.
+    head: usize,
     table: Vec<Section>,
     bytes: Vec<u8>,
 }
 
 impl Body {
     fn push<T: Pod>(&mut self, kind: u32, records: &[T]) {
-        let head = HEADER_BYTES + SECTIONS * TABLE_ENTRY_BYTES;
-        let offset = (head + self.bytes.len()).next_multiple_of(ALIGN);
-        self.bytes.resize(offset - head, 0);
+        let offset = (self.head + self.bytes.len()).next_multiple_of(ALIGN);
+        self.bytes.resize(offset - self.head, 0);
         self.bytes.extend_from_slice(bytemuck::cast_slice(records));
         self.table.push(Section {
             kind,

@@ -14,7 +14,7 @@ use core::hint::black_box;
 use rt_core::math::{Pose, Vec3};
 use rt_core::port::{DeviceCapabilities, ForceCommand, Opening};
 use rt_core::scene::{
-    Attachment, Cell, Column, Layers, Link, Organ, RestSphere, Room, Scene, Skin, TetraBatch,
+    Attachment, Cell, Column, Layers, Link, Organ, RestSphere, Room, Scene, Skin, TetraBatch, Trocar,
 };
 use rt_core::sim::{Parameters, Ports, Samples, Sim, Stage, TickView};
 use rt_core::state::State;
@@ -98,6 +98,7 @@ extern "C" fn _start() -> ! {
         endoscope_port_m: zero,
         world_from_camera: Pose::identity(),
         breath_s: 0.0,
+        trocar: Trocar::NONE,
     });
     let device = anything(DeviceCapabilities {
         opening: Opening::NONE,

@@ -35,6 +35,7 @@ A station file, for --station-file of run, rt and watch. Every part is optional:
 
   [ports]                             # trocars, if they differ from the scene's
   instrument_m = [0.0, 0.03, 0.18]
+  trocar = \"real\"                     # a real one on the rig; dry and wet render friction
 
   [frames.world_from_device]          # found by `calot devices calibrate`
   position_m = [0.1, 0.0, 0.2]

@@ -10,7 +10,7 @@ use std::path::Path;
 
 use haptic::RawHaptic;
 use pedal::{RawHandleButtons, RawPedal};
-use places::{RawFrames, RawLandmark, RawPorts};
+use places::{RawFrames, RawLandmark, RawPorts, RawTrocar};
 use serde::Deserialize;
 use toml::Spanned;
 use tracker::RawTracker;
@@ -76,8 +76,8 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<StationFile, HardwareErro
     let (device, tracker) = raw.frames.map_or((None, None), |frames| {
         (frames.world_from_device, frames.world_from_tracker)
     });
-    let (instrument, endoscope) = raw.ports.map_or((None, None), |ports| {
-        (ports.instrument_m, ports.endoscope_m)
+    let (instrument, endoscope, trocar) = raw.ports.map_or((None, None, None), |ports| {
+        (ports.instrument_m, ports.endoscope_m, ports.trocar)
     });
     let port = |name, raw: Option<Spanned<[f32; 3]>>| {
         raw.map(|place| file.place(name, &place)).transpose()
@@ -94,6 +94,7 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<StationFile, HardwareErro
         world_from_tracker: file.pose("world_from_tracker", tracker)?,
         instrument_port_m: port("ports.instrument_m", instrument)?,
         endoscope_port_m: port("ports.endoscope_m", endoscope)?,
+        trocar: RawTrocar::choice(trocar),
         landmarks: file.landmarks(raw.landmarks)?,
     })
 }

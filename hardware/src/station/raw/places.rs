@@ -2,6 +2,7 @@
 
 use nalgebra::{Quaternion, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
+use rt_core::scene::TrocarChoice;
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -31,6 +32,27 @@ pub(super) struct RawPose {
 pub(super) struct RawPorts {
     pub(super) instrument_m: Option<Spanned<[f32; 3]>>,
     pub(super) endoscope_m: Option<Spanned<[f32; 3]>>,
+    pub(super) trocar: Option<RawTrocar>,
+}
+
+/// The instrument's trocar.
+#[derive(Deserialize, Clone, Copy)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum RawTrocar {
+    Real,
+    Dry,
+    Wet,
+}
+
+impl RawTrocar {
+    pub(super) const fn choice(raw: Option<Self>) -> TrocarChoice {
+        match raw {
+            None => TrocarChoice::Scene,
+            Some(Self::Real) => TrocarChoice::Real,
+            Some(Self::Dry) => TrocarChoice::Dry,
+            Some(Self::Wet) => TrocarChoice::Wet,
+        }
+    }
 }
 
 #[derive(Deserialize)]

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use rt_core::math::Vec3;
+use rt_core::scene::TrocarChoice;
 
 use super::*;
 use crate::bird::wire::Hemisphere;
@@ -36,6 +37,7 @@ rotation_xyzw = [0.0, 0.0, 0.0, 1.0]
 
 [ports]
 instrument_m = [0.0, 0.02, 0.18]
+trocar = "wet"
 
 [[landmarks]]
 name = "left rim"
@@ -75,6 +77,7 @@ fn a_whole_file_is_read() {
     assert!((frame.translation.vector - Vec3::new(0.1, 0.0, 0.2)).norm() < 1e-7);
     assert_eq!(station.world_from_tracker, None);
     assert_eq!(haptic.motion_scale, Some(1.5));
+    assert_eq!(station.trocar, TrocarChoice::Wet);
     assert_eq!(station.instrument_port_m, Some(Vec3::new(0.0, 0.02, 0.18)));
     assert_eq!(station.endoscope_port_m, None);
     let names = station
@@ -233,7 +236,12 @@ fn every_mistake_is_named_with_its_line() {
         (
             "[-0.1, 0.0, 0.0]",
             "[-100.0, 0.0, 0.0]",
-            ":34: landmarks.position_m lies outside",
+            ":35: landmarks.position_m lies outside",
+        ),
+        (
+            "\"wet\"",
+            "\"damp\"",
+            ":27: unknown variant `damp`, expected one of `real`",
         ),
         ("[pedal]", "[pedal", ":16: "),
     ] {

@@ -17,6 +17,11 @@
 //! yields at the limit). Contact and picture use this proxy pose. While the force is below the
 //! limit, the proxy pose is the device pose.
 //!
+//! # Trocar
+//!
+//! If scene or station ask for it, the seal rubs on the shaft and the abdominal wall resists
+//! tilting (`trocar`). Tissue alone moves the proxy, and counts as the force of tissue.
+//!
 //! # Opening
 //!
 //! Jaws follow a handle that opens and shuts, through a spring of the device's stiffness. The
@@ -64,3 +69,4 @@ pub mod output_limit;
 pub(crate) mod passivity;
 pub(crate) mod proxy;
 pub(crate) mod transition;
+pub(crate) mod trocar;

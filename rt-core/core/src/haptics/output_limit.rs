@@ -10,7 +10,8 @@
 //! 6. Slew: the change within a tick is limited.
 //! 7. Finite test: a part that is not finite becomes zero.
 //!
-//! Torque skips gate 4. The force that opens the handle skips gates 3 and 4.
+//! Torque skips gate 4. The force that opens the handle skips gates 3 and 4. So does the force of
+//! the trocar: its law bounds its stiffness, and gate 3 leaves the rest to tissue.
 //!
 //! A cut skips the other gates, so that the force does not fade. The ramp comes before passivity,
 //! because damping that takes energy out must not fade with the ramp. Clamp and slew come last, so
@@ -86,6 +87,10 @@ pub struct Demand {
     pub opening_n: f32,
     /// Stiffness of the contact at the handle, N/m.
     pub stiffness_n_m: f32,
+    /// Force of the trocar on the handle, N, in the frame of the force; not part of `force_n`.
+    pub trocar_n: Vec3,
+    /// Stiffness of the trocar at the handle, N/m.
+    pub trocar_n_m: f32,
     /// Position of the handle, m, in the frame of the force, if this tick brought a sample.
     pub handle_m: Option<Vec3>,
     /// Speed of the handle, m/s.
@@ -123,6 +128,8 @@ pub struct OutputLimit {
     last_demand_n: f32,
     /// Running mean of the squared force, N².
     heat_n2: f32,
+    /// Share of the trocar in the last command, N.
+    trocar_n: Vec3,
     /// Command of the last tick.
     last: ForceCommand,
 }
@@ -164,6 +171,7 @@ impl OutputLimit {
             stiffness_scale: 1.0,
             last_demand_n: 0.0,
             heat_n2: 0.0,
+            trocar_n: Vec3::zeros(),
             last: ForceCommand::default(),
         }
     }
@@ -209,6 +217,11 @@ impl OutputLimit {
         (self.peak_n > 0.0).then(|| self.limit_n() / self.stiffness_scale.max(SCALE_MIN))
     }
 
+    /// Share of the trocar in the last command, N, in the demand's frame.
+    pub(crate) const fn trocar_n(&self) -> Vec3 {
+        self.trocar_n
+    }
+
     /// Energy that the hand put into contact and into the device's damping, and did not get back,
     /// J. If it is below zero, the loop has generated energy and is damped.
     #[must_use]
@@ -232,6 +245,7 @@ impl OutputLimit {
         faults.raise_if(is_demanded && !self.enabled, Fault::NotEnabled);
         self.passivity
             .observe(demand.handle_m.filter(math::is_finite));
+        self.trocar_n = Vec3::zeros();
         let is_connected = demand.device != Status::Lost && !demand.device_fails;
         let out = if is_finite && self.is_open() && is_connected {
             self.ramp(demand);
@@ -239,8 +253,9 @@ impl OutputLimit {
             let share = self.gain * self.cap_stiffness(demand, faults);
             let (force_n, damped) = self.passivity.damp(&(demand.force_n * share));
             faults.raise_if(damped, Fault::Damped);
+            let trocar_n = demand.trocar_n * self.gain;
             ForceCommand {
-                force_n: self.limit_force(&force_n, faults),
+                force_n: self.limit_force(&force_n, &trocar_n, faults),
                 torque_nm: self.limit_torque(&(demand.torque_nm * share), faults),
                 opening_n: self.limit_opening(demand.opening_n * self.gain, faults),
             }
@@ -267,7 +282,7 @@ impl OutputLimit {
             },
         };
         self.heat_n2 += (out.force_n.norm_squared() - self.heat_n2) * (TICK_S / HEAT_TIME_S);
-        self.passivity.record_sent(&out.force_n);
+        self.passivity.record_sent(&(out.force_n - self.trocar_n));
         self.last = out;
         out
     }
@@ -294,10 +309,12 @@ impl OutputLimit {
     /// steps of force, so that a contact that begins or ends under load is not felt as a knock.
     fn cap_stiffness(&mut self, demand: &Demand, faults: &mut FaultSet) -> f32 {
         self.remember_stiffness(demand.stiffness_n_m);
-        let too_stiff = self.stiffness_n_m > self.stiffness_max_n_m;
+        // The trocar's law uses a part of the device's stiffness; tissue has the rest.
+        let most_n_m = (self.stiffness_max_n_m - demand.trocar_n_m).max(0.0);
+        let too_stiff = self.stiffness_n_m > most_n_m;
         faults.raise_if(too_stiff, Fault::StiffnessCapped);
         let target_scale = if too_stiff {
-            self.stiffness_max_n_m / self.stiffness_n_m
+            most_n_m / self.stiffness_n_m
         } else {
             1.0
         };
@@ -332,7 +349,7 @@ impl OutputLimit {
         }
     }
 
-    fn limit_force(&self, force: &Vec3, faults: &mut FaultSet) -> Vec3 {
+    fn limit_force(&mut self, force: &Vec3, trocar_n: &Vec3, faults: &mut FaultSet) -> Vec3 {
         let limit = self.limit_n();
         let warm = limit < self.peak_n;
         let fault = if warm {
@@ -340,7 +357,12 @@ impl OutputLimit {
         } else {
             Fault::Clamped
         };
-        let force = clamp(force, limit, fault, faults);
+        let mut force = clamp(force, limit, fault, faults);
+        if *trocar_n != Vec3::zeros() {
+            let tissue_n = force;
+            force = clamp(&(tissue_n + trocar_n), limit, fault, faults);
+            self.trocar_n = force - tissue_n;
+        }
         slew(&self.last.force_n, &force, SLEW_N, faults)
     }
 
@@ -399,7 +421,10 @@ fn stiffness_max_n_m(device: &DeviceCapabilities) -> f32 {
 }
 
 fn is_sound(demand: &Demand) -> bool {
-    let finite = math::is_finite(&demand.force_n) && math::is_finite(&demand.torque_nm);
+    let finite = math::is_finite(&demand.force_n)
+        && math::is_finite(&demand.torque_nm)
+        && math::is_finite(&demand.trocar_n)
+        && demand.trocar_n_m.is_finite();
     let handle = demand.handle_m.is_none_or(|at_m| math::is_finite(&at_m));
     finite && handle && demand.opening_n.is_finite() && !demand.stiffness_n_m.is_nan()
 }

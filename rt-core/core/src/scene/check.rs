@@ -4,11 +4,12 @@ use core::fmt;
 
 use crate::capacity::{
     MAX_ATTACHMENTS, MAX_BATCHES, MAX_LINKS, MAX_ORGANS, MAX_SPHERES, MAX_SUTURES,
+    TROCAR_FRICTION_MAX_N, TROCAR_WALL_MAX_NM_RAD,
 };
 use crate::math::{self, Pose, Vec3};
 use crate::scene::{
     Anchor, Attachment, Layers, Link, Material, Organ, RestSphere, Room, SUBSTEPS_MAX, Scene, Skin,
-    TetraBatch, is_suture,
+    TetraBatch, Trocar, is_suture,
 };
 
 /// Reason why a scene is refused. Indices refer to the caller's arrays.
@@ -377,12 +378,46 @@ fn check_room(room: &Room) -> Result<(), SceneError> {
     check_position("instrument port", 0, &room.instrument_port_m)?;
     check_position("endoscope port", 0, &room.endoscope_port_m)?;
     in_range("breath", 0, room.breath_s, (0.0, 60.0), "0 to 60 s")?;
+    check_trocar(&room.trocar)?;
     in_range(
         "instrument length",
         0,
         room.instrument_length_m,
         (0.05, 1.0),
         "0.05 to 1 m",
+    )
+}
+
+fn check_trocar(trocar: &Trocar) -> Result<(), SceneError> {
+    let (sliding_n, breakaway_n) = (trocar.sliding_n, trocar.breakaway_n);
+    let most = (0.0, TROCAR_FRICTION_MAX_N);
+    in_range("trocar's sliding friction", 0, sliding_n, most, "0 to 8 N")?;
+    let most = (sliding_n, TROCAR_FRICTION_MAX_N);
+    let allowed = "the sliding friction to 8 N";
+    in_range(
+        "trocar's break-away friction",
+        0,
+        breakaway_n,
+        most,
+        allowed,
+    )?;
+    let most = (0.0, TROCAR_WALL_MAX_NM_RAD);
+    in_range(
+        "trocar's wall",
+        0,
+        trocar.wall_nm_rad,
+        most,
+        "0 to 2 N m/rad",
+    )?;
+    let length = math::norm(&trocar.axis);
+    let least = if trocar.wall_nm_rad > 0.0 { 0.999 } else { 0.0 };
+    let allowed = "1, a direction, or 0 without a wall";
+    in_range(
+        "length of the trocar's axis",
+        0,
+        length,
+        (least, 1.001),
+        allowed,
     )
 }
 
@@ -577,6 +612,25 @@ mod tests {
     #[test]
     fn invalid_room_is_refused() {
         let refused = |room: Room| Scene::new(&[], &[], &[], room).is_err();
+        let trocar = |sliding_n: f32, breakaway_n: f32, wall_nm_rad: f32, length: f32| {
+            let trocar = Trocar {
+                sliding_n,
+                breakaway_n,
+                wall_nm_rad,
+                axis: Vec3::x() * length,
+            };
+            let error = Scene::new(&[], &[], &[], Room { trocar, ..room() });
+            error.map_or_else(|error| error.to_string(), |_| std::string::String::new())
+        };
+        assert_eq!(trocar(1.0, 2.0, 0.3, 1.0), "");
+        for (made, words) in [
+            (trocar(9.0, 9.0, 0.0, 0.0), "trocar's sliding friction"),
+            (trocar(2.0, 1.0, 0.0, 0.0), "trocar's break-away friction"),
+            (trocar(0.0, 0.0, f32::NAN, 1.0), "trocar's wall"),
+            (trocar(0.0, 0.0, 0.3, 0.5), "length of the trocar's axis"),
+        ] {
+            assert!(made.contains(words), "{words}: {made}");
+        }
         assert!(refused(Room {
             instrument_length_m: f32::INFINITY,
             ..room()

@@ -5,12 +5,14 @@ mod check;
 mod skin;
 mod suture;
 mod tetra;
+mod trocar;
 
 pub use cell::{COLUMNS, Cell, Column, Layers, NO_CELL};
 pub use check::SceneError;
 pub use skin::{NO_VERTEX, SKIN_BINDINGS, Skin, SkinVertex};
 pub(crate) use suture::{is_suture, numbered};
 pub use tetra::{LANES, Tetra, TetraBatch, batches};
+pub use trocar::{Trocar, TrocarChoice};
 
 use crate::math::{Pose, Vec3};
 use crate::time::TICK_S;
@@ -197,6 +199,8 @@ pub struct Room {
     pub world_from_camera: Pose,
     /// Duration of a breath, s; 0: no breathing.
     pub breath_s: f32,
+    /// Seal and wall at the instrument's port.
+    pub trocar: Trocar,
 }
 
 /// Immutable data of a simulation. Build it with [`Scene::new`].
@@ -348,6 +352,7 @@ pub(crate) mod tests {
             endoscope_port_m: Vec3::new(0.1, 0.0, 0.2),
             world_from_camera: Pose::identity(),
             breath_s: 0.0,
+            trocar: Trocar::NONE,
         }
     }
 }

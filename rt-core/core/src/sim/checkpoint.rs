@@ -8,6 +8,7 @@ use crate::fault::FaultCounters;
 use crate::haptics::output_limit::OutputLimit;
 use crate::haptics::proxy::Proxy;
 use crate::haptics::transition::Transition;
+use crate::haptics::trocar::TrocarLaw;
 use crate::procedure::cautery::Cautery;
 use crate::procedure::clip::Clips;
 use crate::procedure::grasp::Grasp;
@@ -37,6 +38,7 @@ pub struct Checkpoint {
     cautery: Cautery,
     clips: Clips,
     transition: Transition,
+    trocar: TrocarLaw,
     limit: OutputLimit,
     renders_torque: bool,
     journal: Journal,
@@ -66,6 +68,7 @@ impl Sim<'_> {
             cautery,
             clips,
             transition,
+            trocar,
             limit,
             renders_torque,
             asks_force: _, // each tick sets it anew
@@ -88,6 +91,7 @@ impl Sim<'_> {
             cautery: cautery.clone(),
             clips: clips.clone(),
             transition: *transition,
+            trocar: *trocar,
             limit: *limit,
             renders_torque: *renders_torque,
             journal: journal.clone(),
@@ -115,6 +119,7 @@ impl Sim<'_> {
             cautery,
             clips,
             transition,
+            trocar,
             limit,
             renders_torque,
             journal,
@@ -135,6 +140,7 @@ impl Sim<'_> {
         self.cautery = cautery.clone();
         self.clips = clips.clone();
         self.transition = *transition;
+        self.trocar = *trocar;
         self.limit = *limit;
         self.renders_torque = *renders_torque;
         self.journal = journal.clone();

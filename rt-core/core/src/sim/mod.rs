@@ -65,6 +65,7 @@ use crate::haptics::handle_force;
 use crate::haptics::output_limit::{Demand, OutputLimit};
 use crate::haptics::proxy::Proxy;
 use crate::haptics::transition::Transition;
+use crate::haptics::trocar::{TrocarForce, TrocarLaw};
 use crate::hash::Hash;
 use crate::math::{self, Vec3};
 use crate::port::{DeviceCapabilities, Findings, ForceCommand};
@@ -123,6 +124,7 @@ pub struct Sim<'a> {
     cautery: Cautery,
     clips: Clips,
     transition: Transition,
+    trocar: TrocarLaw,
     limit: OutputLimit,
     renders_torque: bool,
     /// True if tissue or jaws demanded a force in this tick.
@@ -166,6 +168,7 @@ impl<'a> Sim<'a> {
             cautery: Cautery::default(),
             clips: Clips::default(),
             transition: Transition::NONE,
+            trocar: TrocarLaw::new(&room.trocar, limit.stiffness_max_n_m()),
             limit,
             renders_torque: device.renders_torque(),
             asks_force: false,
@@ -201,6 +204,7 @@ impl<'a> Sim<'a> {
         if self.inputs.may_have_jumped() || findings.leapt {
             self.limit.restart();
             self.transition = Transition::NONE;
+            self.trocar.release();
             self.contacts.clear();
         }
         self.execute(samples.command);
@@ -456,6 +460,7 @@ impl<'a> Sim<'a> {
             self.renders_torque,
         );
         let wrench = self.transition.felt(&felt.wrench);
+        let trocar = self.rub(felt.stiffness_n_m);
         self.drive.settle(&procedure::jaws(&self.tool), &self.grasp);
         let world_from_device = &self.scene.room().world_from_device.rotation;
         let demand = Demand {
@@ -463,6 +468,8 @@ impl<'a> Sim<'a> {
             torque_nm: world_from_device.inverse() * wrench.torque_nm,
             opening_n: self.drive.force_n(),
             stiffness_n_m: felt.stiffness_n_m,
+            trocar_n: world_from_device.inverse() * trocar.force_n,
+            trocar_n_m: trocar.stiffness_n_m,
             handle_m: self.inputs.fresh_handle_m(),
             speed_m_s: math::norm(&self.tool.handle_velocity_m_s),
             device: self.inputs.device_health().status,
@@ -476,11 +483,24 @@ impl<'a> Sim<'a> {
             self.proxy
                 .update(force_n, felt.instant_stiffness_n_m, limit_n);
         }
-        self.tool.force_n = world_from_device * command.force_n;
+        self.tool.force_n = world_from_device * (command.force_n - self.limit.trocar_n());
         self.tool.torque_nm = world_from_device * command.torque_nm;
         self.tool.opening_n = command.opening_n;
         self.tool.switches.force_enabled = self.limit.is_open();
         command
+    }
+
+    /// Force of the trocar on the hand. Without a live hand in it, the shaft does not rub.
+    fn rub(&mut self, tissue_n_m: f32) -> TrocarForce {
+        let is_held = self.inputs.device.newest().is_some() && !self.tool.switches.paused;
+        if !is_held || self.inputs.is_first_after_gap() {
+            self.trocar.release();
+        }
+        if !is_held {
+            return TrocarForce::NONE;
+        }
+        let handle = &self.tool.world_from_handle;
+        self.trocar.felt(&self.kinematics, handle, tissue_n_m)
     }
 
     fn measure_bounds(&mut self) {

@@ -101,7 +101,8 @@ impl Kinematics {
         axis * axis.dot(way) + turn.cross(&(at_m - self.port_m))
     }
 
-    fn outside_m(&self, world_from_handle: &Pose) -> f32 {
+    /// Length of the shaft outside the body, m, with a lower bound for the lever law.
+    pub(crate) fn outside_m(&self, world_from_handle: &Pose) -> f32 {
         math::norm(&(self.port_m - world_from_handle.translation.vector)).max(OUTSIDE_MIN_M)
     }
 }

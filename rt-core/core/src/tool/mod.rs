@@ -52,7 +52,7 @@ pub struct ToolState {
     pub capsules: Vec<Capsule, MAX_CAPSULES>,
     /// Capsule of the endoscope, once its tracker has reported a pose.
     pub endoscope: Option<Capsule>,
-    /// Force on the hand as sent to the device, N.
+    /// Force of tissue on the hand as sent to the device, N, without the force of the trocar.
     pub force_n: Vec3,
     /// Torque on the hand as sent to the device, N m.
     pub torque_nm: Vec3,

@@ -12,7 +12,7 @@ use rt_core::port::{
 use rt_core::procedure::clip::Clip;
 use rt_core::scene::{
     Anchor, Attachment, Inside, Link, Material, NO_VERTEX, Organ, RestSphere, Room, SKIN_BINDINGS,
-    Scene, Skin, SkinVertex, Tetra, TetraBatch, batches,
+    Scene, Skin, SkinVertex, Tetra, TetraBatch, Trocar, batches,
 };
 use rt_core::sim::{Digest, Ports, Samples, Stage, TickView};
 use rt_core::tissue::Method;
@@ -89,6 +89,8 @@ pub(crate) struct Anatomy {
     pub(crate) skin_fans: Vec<[u16; 2]>,
     pub(crate) skin_nearest: Vec<u16>,
     pub(crate) breath_s: f32,
+    /// Seal and wall at the instrument's port.
+    pub(crate) trocar: Trocar,
     /// Rotation about the origin, applied to room and devices as well.
     pub(crate) turn: Quat,
 }
@@ -264,6 +266,7 @@ impl Anatomy {
             gravity_m_s2: self.turn * upright.gravity_m_s2,
             world_from_device: Pose::from_parts(Vec3::zeros().into(), self.turn),
             instrument_port_m: self.turn * upright.instrument_port_m,
+            trocar: self.trocar,
             ..upright
         };
         Scene::new(&self.organs, &self.spheres, &self.links, room)
@@ -291,6 +294,7 @@ pub(crate) fn room() -> Room {
         endoscope_port_m: Vec3::new(0.05, 0.0, 0.18),
         world_from_camera: Pose::identity(),
         breath_s: 0.0,
+        trocar: Trocar::NONE,
     }
 }
 

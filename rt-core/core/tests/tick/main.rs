@@ -17,6 +17,7 @@ mod sew;
 mod start;
 mod tear;
 mod touch;
+mod trocar;
 mod unrest;
 mod vessel;
 

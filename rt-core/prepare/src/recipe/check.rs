@@ -2,13 +2,14 @@
 
 use std::path::Path;
 
+use rt_core::capacity::{TROCAR_FRICTION_MAX_N, TROCAR_WALL_MAX_NM_RAD};
 use shared_mem::scene::OrganKind;
 
 use super::locate::{Step, line_of_offset, line_of_path};
-use super::raw::{FrameRaw, MaterialRaw, OrganRaw, RecipeRaw, RoomRaw, TieRaw};
+use super::raw::{FrameRaw, MaterialRaw, OrganRaw, RecipeRaw, RoomRaw, TieRaw, TrocarRaw};
 use super::{
     Closing, Frame, Material, MeshOptions, OrganPlan, Packing, Place, Recipe, Region, RoomPlan,
-    SPHERES_MAX, SPHERES_MIN, Surface, Tie, Unit,
+    SPHERES_MAX, SPHERES_MIN, Surface, Tie, TrocarPlan, Unit,
 };
 use crate::Vec3;
 use crate::error::RecipeError;
@@ -489,6 +490,11 @@ fn check_room(
         endoscope_port_m: point("endoscope_port_m", raw.endoscope_port_m)?,
         look_at_m: point("look_at_m", raw.look_at_m)?,
         breath_s: number("breath_s", raw.breath_s, 0.0, 60.0)?,
+        trocar: raw
+            .trocar
+            .as_ref()
+            .map(|raw| check_trocar(place, raw))
+            .transpose()?,
         camera_distance_m: number("camera_distance_m", raw.camera_distance_m, 0.02, 0.5)?,
         up: raw
             .up
@@ -498,6 +504,20 @@ fn check_room(
         tracker: frame("tracker", &raw.tracker)?,
         target_organ,
         target_near_m,
+    })
+}
+
+fn check_trocar(place: &Source<'_>, raw: &TrocarRaw) -> Result<TrocarPlan, RecipeError> {
+    let number = |key: &'static str, value: f64, least: f64, most: f32| {
+        let at = [Step::Key("room"), Step::Key("trocar"), Step::Key(key)];
+        place.number(&at, value, least..=most.into())
+    };
+    let sliding_n = number("sliding_n", raw.sliding_n, 0.0, TROCAR_FRICTION_MAX_N)?;
+    let breakaway_n = raw.breakaway_n.unwrap_or(sliding_n);
+    Ok(TrocarPlan {
+        sliding_n,
+        breakaway_n: number("breakaway_n", breakaway_n, sliding_n, TROCAR_FRICTION_MAX_N)?,
+        wall_nm_rad: number("wall_nm_rad", raw.wall_nm_rad, 0.0, TROCAR_WALL_MAX_NM_RAD)?,
     })
 }
 

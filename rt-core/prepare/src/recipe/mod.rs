@@ -65,6 +65,8 @@ pub struct RoomPlan {
     pub camera_distance_m: Option<f64>,
     /// Period of breathing, s. By default the patient does not breathe.
     pub breath_s: Option<f64>,
+    /// The instrument's trocar. By default it neither rubs nor resists tilting.
+    pub trocar: Option<TrocarPlan>,
     /// Direction that is up in the picture.
     pub up: Option<Vec3>,
     /// Pose of the haptic device's base.
@@ -75,6 +77,17 @@ pub struct RoomPlan {
     pub target_organ: Option<usize>,
     /// Wanted place of the scripted hand's target, m. The best reachable point near it is taken.
     pub target_near_m: Option<Vec3>,
+}
+
+/// The instrument's trocar. Untilted, it points to the scripted hand's target.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrocarPlan {
+    /// Friction of the shaft that slides in the seal, N.
+    pub sliding_n: f64,
+    /// Friction at which a resting shaft breaks away, N. By default the sliding friction.
+    pub breakaway_n: f64,
+    /// Elasticity of the abdominal wall against tilting, N m/rad.
+    pub wall_nm_rad: f64,
 }
 
 /// A frame in the world.

@@ -42,10 +42,19 @@ pub(super) struct RoomRaw {
     pub(super) look_at_m: Option<[f64; 3]>,
     pub(super) camera_distance_m: Option<f64>,
     pub(super) breath_s: Option<f64>,
+    pub(super) trocar: Option<TrocarRaw>,
     pub(super) up: Option<[f64; 3]>,
     pub(super) device: Option<FrameRaw>,
     pub(super) tracker: Option<FrameRaw>,
     pub(super) target: Option<TargetRaw>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct TrocarRaw {
+    pub(super) sliding_n: f64,
+    pub(super) breakaway_n: Option<f64>,
+    pub(super) wall_nm_rad: f64,
 }
 
 #[derive(Debug, Deserialize)]

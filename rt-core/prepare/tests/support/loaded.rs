@@ -3,7 +3,7 @@
 use rt_core::math::{Pose, Vec3};
 use rt_core::scene::{
     Anchor, Attachment, Cell, Column, Inside, Layers, Link, Material, Organ, RestSphere, Room,
-    Scene, Skin, SkinVertex, Tetra, TetraBatch, batches,
+    Scene, Skin, SkinVertex, Tetra, TetraBatch, Trocar, batches,
 };
 use shared_mem::scene::{SceneData, WORLD};
 
@@ -146,6 +146,7 @@ impl LoadedScene {
                 endoscope_port_m: Vec3::from(room.endoscope_port_m),
                 world_from_camera: Pose::identity(),
                 breath_s: room.breath_s,
+                trocar: Trocar::NONE,
             },
         }
     }

@@ -3,12 +3,14 @@
 
 mod device;
 mod law;
+mod port;
 mod report;
 mod scene;
 mod trial;
 
 use rt_core::state::State;
 
+pub(crate) use port::strokes;
 pub(crate) use report::{chart, csv, section, waits_csv};
 
 use crate::methods::Parts;

@@ -1,7 +1,7 @@
 //! Bodies on which the device presses: a wall, and tissue.
 
 use rt_core::math::{Pose, Vec3};
-use rt_core::scene::{Inside, Material, Organ, RestSphere, Room, Scene};
+use rt_core::scene::{Inside, Material, Organ, RestSphere, Room, Scene, Trocar};
 use scene_prepare::held::Plane;
 
 use crate::body::Tissue;
@@ -53,17 +53,22 @@ impl Wall {
     }
 
     pub(super) fn scene(&self) -> Result<Scene<'_>, String> {
-        let room = Room {
-            gravity_m_s2: Vec3::zeros(),
-            world_from_device: Pose::identity(),
-            world_from_tracker: Pose::identity(),
-            instrument_port_m: Vec3::new(0.0, 0.0, 0.2),
-            instrument_length_m: 0.33,
-            endoscope_port_m: Vec3::new(0.1, 0.0, 0.2),
-            world_from_camera: Pose::identity(),
-            breath_s: 0.0,
-        };
-        Scene::new(&self.organs, &self.spheres, &[], room).map_err(|e| e.to_string())
+        Scene::new(&self.organs, &self.spheres, &[], room()).map_err(|e| e.to_string())
+    }
+}
+
+/// A room without gravity in which the base frames of the devices are the world frame.
+pub(super) fn room() -> Room {
+    Room {
+        gravity_m_s2: Vec3::zeros(),
+        world_from_device: Pose::identity(),
+        world_from_tracker: Pose::identity(),
+        instrument_port_m: Vec3::new(0.0, 0.0, 0.2),
+        instrument_length_m: 0.33,
+        endoscope_port_m: Vec3::new(0.1, 0.0, 0.2),
+        world_from_camera: Pose::identity(),
+        breath_s: 0.0,
+        trocar: Trocar::NONE,
     }
 }
 

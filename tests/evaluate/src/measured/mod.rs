@@ -14,6 +14,7 @@ mod grasp;
 mod lung;
 mod page;
 mod plates;
+mod port;
 mod published;
 mod silicone;
 mod specimen;
@@ -39,7 +40,7 @@ pub(crate) struct MeasuredArgs {
     /// Makes a reduced run that takes seconds instead of minutes: few spheres, few materials.
     #[arg(long)]
     pub(crate) quick: bool,
-    /// Runs only the parts whose name contains this: silicone, beam, lung, tissue. Or runs one
+    /// Runs only the parts whose name contains this: silicone, beam, lung, tissue, port. Or runs one
     /// silicone by its name, such as EF10_75T.
     #[arg(long, value_name = "TEXT")]
     case: Option<String>,
@@ -113,10 +114,17 @@ enum Part {
     Beam,
     Lung,
     Tissue,
+    Port,
 }
 
 impl Part {
-    const ALL: [Self; 4] = [Self::Silicone, Self::Beam, Self::Lung, Self::Tissue];
+    const ALL: [Self; 5] = [
+        Self::Silicone,
+        Self::Beam,
+        Self::Lung,
+        Self::Tissue,
+        Self::Port,
+    ];
 
     fn name(self) -> &'static str {
         match self {
@@ -124,6 +132,7 @@ impl Part {
             Self::Beam => "beam",
             Self::Lung => "lung",
             Self::Tissue => "tissue",
+            Self::Port => "port",
         }
     }
 }
@@ -135,13 +144,14 @@ pub(crate) struct Measured {
     beam: Vec<Row>,
     lung: Option<lung::Found>,
     tissue: Vec<Row>,
+    port: Vec<Row>,
 }
 
 impl Measured {
     fn rows(&self) -> impl Iterator<Item = &Row> {
         let lung = self.lung.iter().flat_map(|it| &it.rows);
         let first = self.silicone.rows.iter().chain(&self.beam);
-        first.chain(lung).chain(&self.tissue)
+        first.chain(lung).chain(&self.tissue).chain(&self.port)
     }
 }
 
@@ -171,12 +181,13 @@ pub(crate) fn run(asked: &MeasuredArgs) -> Result<Measured, String> {
                 measured.lung = asked.data.as_deref().map(read).transpose()?;
             }
             Part::Tissue => measured.tissue = tissue::run(asked.quick)?,
+            Part::Port => measured.port = port::run()?,
         }
     }
     match any {
         true => Ok(measured),
         false => Err(format!(
-            "--case {only} names no part; allowed are parts of: silicone, beam, lung, tissue; or \
+            "--case {only} names no part; allowed are parts of: silicone, beam, lung, tissue, port; or \
              the name of a silicone, such as EF10_75T"
         )),
     }
@@ -231,6 +242,11 @@ mod tests {
         assert!(find("small strain").within());
         let relaxes = find("time constant of relaxation");
         assert!(relaxes.calot.is_none() && !relaxes.within());
+        let dry = find("sliding shaft, N 5 mm shaft, 0.25 to 3 N; Calot: trocar = \"dry\"");
+        assert!(dry.within() && dry.calot.is_some_and(|it| (it - 0.87).abs() < 0.05));
+        assert!(find("reversal, N 5 mm shaft, 0.2 to 2.5 N").within());
+        assert!(find("work of the motors").within() && find("swing of the handle").within());
+        assert!(find("moist shaft").within());
         assert!(find("retraction, N").calot.is_some_and(|it| it > 0.5));
         let pages = sections(&measured).expect("a page");
         let body: String = pages.iter().map(|it| it.body.as_str()).collect();

@@ -33,6 +33,9 @@ pub(super) fn sections(measured: &Measured) -> Result<Vec<Section>, String> {
     if !measured.tissue.is_empty() {
         all.push(tissue(&measured.tissue));
     }
+    if !measured.port.is_empty() {
+        all.push(port(&measured.port));
+    }
     all.push(materials());
     all.push(everything(measured));
     Ok(all)
@@ -260,6 +263,18 @@ sponge of cells and blood: some 2 to 15 kPa. Carter’s 270 kPa are a secant und
 hard. There the capsule and the strained network carry, and the force grows exponentially. Perfused liver pressed by half \
 (Kerdok) lies between them. <b>A tool feels both:</b> at a depth of a few millimetres the soft modulus, as Calot gives \
 it; pressed hard, much more than Calot gives, because Calot’s law does not stiffen.</p>{}",
+            listed(rows)
+        ),
+    }
+}
+
+fn port(rows: &[Row]) -> Section {
+    Section {
+        title: "The port".to_owned(),
+        body: format!(
+            "<p>A shaft moves by 50 mm in and out through the trocar at 50 mm/s, away from tissue. The whole tick \
+computes the force, and the emulated Touch renders it to a firm hand. A scene or a station file asks for the trocar; \
+without one, and on a rig with a real trocar, nothing is rendered.</p>{}",
             listed(rows)
         ),
     }

@@ -121,7 +121,7 @@ pub(super) struct Missing {
 }
 
 /// Effects that a surgeon's hand feels and Calot does not model.
-pub(super) const MISSING: [Missing; 17] = [
+pub(super) const MISSING: [Missing; 14] = [
     Missing {
         source: "PMC493277",
         quantity: "growth of the length at 5 kPa, %",
@@ -177,30 +177,6 @@ pub(super) const MISSING: [Missing; 17] = [
         published: 650.0,
         sd: None,
         reason: "the pressure of a bite is its mean",
-    },
-    Missing {
-        source: "10.1007/s00464-006-9105-8",
-        quantity: "least friction of the trocar, N",
-        condition: "5 mm shaft",
-        published: 0.25,
-        sd: None,
-        reason: "the port has no friction",
-    },
-    Missing {
-        source: "10.1007/s00464-006-9105-8",
-        quantity: "largest friction of the trocar, N",
-        condition: "5 mm shaft",
-        published: 3.0,
-        sd: None,
-        reason: "the port has no friction",
-    },
-    Missing {
-        source: "PMID 25825419",
-        quantity: "largest friction of the trocar, N",
-        condition: "12 mm trocars",
-        published: 8.0,
-        sd: None,
-        reason: "the port has no friction",
     },
     Missing {
         source: "PMC8058906",

@@ -3,7 +3,7 @@
 use rt_core::math::Pose;
 use rt_core::scene::{
     Inside, Link, Material, Organ, RestSphere, Room, SUBSTEPS_MAX, Scene, SceneError, Skin, Tetra,
-    TetraBatch, batches,
+    TetraBatch, Trocar, batches,
 };
 use rt_core::study::Tissue;
 use rt_core::tissue::paper::Paper;
@@ -49,6 +49,7 @@ impl Plan {
             endoscope_port_m: V3::new(0.1, 0.0, 0.2),
             world_from_camera: Pose::identity(),
             breath_s: 0.0,
+            trocar: Trocar::NONE,
         };
         Scene::new(&self.organs, &self.spheres, &self.links, room)?
             .with_tetrahedra(&self.batches)?
