@@ -2,7 +2,8 @@
 //! SCENE.calot does not exist, the scene of Calot's triangle is compiled into it. `patient:NAME`
 //! and `patient:SEED` stand for a patient, who is prepared anew. LATE_MS delays what the surgeon
 //! sees, as a display would. KEPT.inputs receives the simulation's inputs. In
-//! `hang+full`, the surgeon first places the sutures, then performs `full`.
+//! `hang+full`, the surgeon first places the sutures, then performs `full`. In `cleared+identify`,
+//! triangle and lower bed are cleared from the start, and the views remain to be shown.
 //!
 //! ```text
 //! cargo run --release -p surgeon --example rehearse -- \
@@ -25,6 +26,8 @@ use surgeon::Surgeon;
 
 /// Prefix of a task's name that makes the surgeon place the sutures first.
 const HANGS: &str = "hang+";
+/// Prefix of a task's name that begins with triangle and lower bed cleared.
+const CLEARED: &str = "cleared+";
 /// Period of the progress lines, s.
 const SAY_EVERY_S: f64 = 10.0;
 
@@ -58,11 +61,12 @@ fn main() {
     };
     let scene = scene_of(scene);
     let surgeon = Surgeon::from_str(surgeon, true).expect("a surgeon");
-    let to_hang = task.strip_prefix(HANGS);
-    let task = Task::from_name(to_hang.unwrap_or(task)).expect("a task");
-    let start = match to_hang {
-        Some(_) => Some(0),
-        None => theatre::start(task),
+    let (to_hang, cleared) = (task.strip_prefix(HANGS), task.strip_prefix(CLEARED));
+    let task = Task::from_name(to_hang.or(cleared).unwrap_or(task)).expect("a task");
+    let start = match (to_hang, cleared) {
+        (Some(_), _) => Some(0),
+        (_, Some(_)) => theatre::start(Task::Clamp),
+        _ => theatre::start(task),
     };
     let seconds: f64 = seconds.parse().expect("seconds");
     let late_ms: f64 = (others.first()).map_or(0.0, |late| late.parse().expect("milliseconds"));

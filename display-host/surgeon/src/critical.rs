@@ -3,25 +3,18 @@
 //! the assessment does, in identity images of what is seen now.
 
 use assess::{Least, Rules, ShowRule, ViewRule, ViewSide};
-use nalgebra::UnitQuaternion;
 use session::identity::{Identity, Seen};
-use shared_mem::message::PoseMsg;
 
 use crate::field::Field;
+use crate::scope::{Aim, Scope};
 use crate::vector::{Vec3, wide};
-use crate::work::{BACK_M, LOOK_MAX_S, Work, rotation};
-
-/// Turn of the endoscope to the left and up, rad, and its advance, m, from its pose in the scene.
-type Aim = [f64; 3];
+use crate::work::{BACK_M, Work};
 
 /// Value of a picture: 1 if it shows what the rules ask.
 type Judge<'a> = &'a dyn Fn(&Seen) -> f64;
 
-/// Turns and advances that are tried first.
-const TURNS_RAD: [f64; 7] = [-0.24, -0.16, -0.08, 0.0, 0.08, 0.16, 0.24];
-const ADVANCES_M: [f64; 5] = [-0.05, -0.025, 0.0, 0.025, 0.05];
-/// First step of the search around the best of them, the share of a step that the next one has, and
-/// the number of steps.
+/// First step of the search around the best aim of the grid, the share of a step that the next one
+/// has, and the number of steps.
 const STEP: Aim = [0.04, 0.04, 0.012];
 const SHRINK: f64 = 0.6;
 const STEPS: usize = 5;
@@ -37,12 +30,6 @@ const ENOUGH: f64 = 1.1;
 const REST: f64 = 1e-3;
 /// Angle beyond the least one off the plane that counts as enough, degrees.
 const BESIDE_DEG: f64 = 2.0;
-/// Fastest turn of the endoscope, rad/s, and fastest advance, m/s.
-const SPEED: Aim = [0.25, 0.25, 0.02];
-/// Distance from the aim that counts as reached.
-const NEAR: Aim = [0.004, 0.004, 0.001];
-/// An aim is given up after this time, s.
-const GIVE_UP_S: f64 = 15.0;
 /// Share of the fat in front of duct and artery that is removed before the view is tried again.
 const BARED: f64 = 0.85;
 /// Longest time before the view is tried again, s, and the number of times.
@@ -82,8 +69,9 @@ impl Work<'_> {
 
     fn show_by(&mut self, judge: Judge<'_>, hold_s: f64) -> Result<(), String> {
         self.shows = true;
-        let shown = self.find_and_hold(judge, hold_s);
+        let shown = self.find_and_hold(judge, hold_s, true);
         self.shows = false;
+        self.take_scope(Scope::Straight);
         shown
     }
 
@@ -107,7 +95,7 @@ impl Work<'_> {
     /// Shows an organ as well as the scene allows, and holds it for this time, s.
     pub(crate) fn show_beside(&mut self, organ: usize, hold_s: f64) -> Result<(), String> {
         let rules = Rules::default();
-        self.find_and_hold(&|seen| value_of(seen, organ, rules.show()), hold_s)
+        self.find_and_hold(&|seen| value_of(seen, organ, rules.show()), hold_s, false)
     }
 
     /// True if the endoscope shows an organ as the rules ask.
@@ -118,40 +106,62 @@ impl Work<'_> {
         seen.is_some_and(|seen| value_of(&seen, organ, rules.show()) >= 1.0)
     }
 
-    fn find_and_hold(&mut self, judge: Judge<'_>, hold_s: f64) -> Result<(), String> {
+    /// Finds an aim whose picture this judge accepts, goes there, and holds it for this time, s. If
+    /// the straight endoscope has no such aim, the surgeon may take an angled one.
+    fn find_and_hold(
+        &mut self,
+        judge: Judge<'_>,
+        hold_s: f64,
+        may_change: bool,
+    ) -> Result<(), String> {
         let mut identity = Identity::of(self.sight.scene());
         // The tissue settles after the instrument has left it.
         self.wait(SETTLE_S)?;
-        let mut aim = self.find_aim(&mut identity, judge)?;
+        let mut scope = Scope::Straight;
+        let mut best = self.find_aim(&mut identity, judge, scope)?;
+        let angled = Scope::Towards(self.middle_of_two());
+        if may_change && best.0 < 1.0 && self.take_scope(angled) {
+            let other = self.find_aim(&mut identity, judge, angled)?;
+            if other.0 > best.0 {
+                (scope, best) = (angled, other);
+            }
+            self.take_scope(scope);
+        }
         for _ in 0..CORRECTIONS {
-            self.aim(aim)?;
-            let seen = identity.look([0.0; 2], &self.seen.state, &self.seen.tools);
+            self.aim(best.1)?;
+            self.take_scope(scope);
+            let tools = &self.seen.tools;
+            let sight_rad = scope.sight_rad(&tools.world_from_camera);
+            let seen = identity.look(sight_rad, &self.seen.state, tools);
             if seen.is_some_and(|seen| judge(&seen) >= 1.0) {
                 return self.wait(hold_s);
             }
             // It has moved on meanwhile, or the aim was missed.
-            let mut best = (f64::MIN, aim);
-            self.refine(&mut identity, judge, &mut best)?;
-            aim = best.1;
+            best.0 = f64::MIN;
+            self.refine(&mut identity, judge, scope, &mut best)?;
         }
         Err("the view does not open".to_owned())
     }
 
-    /// Turns the endoscope back to its pose in the scene.
-    pub(crate) fn look_back(&mut self) -> Result<(), String> {
-        self.aim([0.0; 3])
+    /// Present middle of cystic duct and artery, m.
+    fn middle_of_two(&self) -> Vec3 {
+        let organs: Vec<usize> = self.sight.two().into_iter().flatten().collect();
+        let state = &self.seen.state;
+        let middles = organs.iter().map(|organ| self.sight.middle(*organ, state));
+        middles.sum::<Vec3>() / organs.len().max(1) as f64
     }
 
-    /// The best aim for a view.
-    fn find_aim(&mut self, identity: &mut Identity, judge: Judge<'_>) -> Result<Aim, String> {
+    /// The best aim of this endoscope for a view, and its value.
+    fn find_aim(
+        &mut self,
+        identity: &mut Identity,
+        judge: Judge<'_>,
+        scope: Scope,
+    ) -> Result<(f64, Aim), String> {
         let mut best = (f64::MIN, [0.0; 3]);
-        let grid = TURNS_RAD.iter().flat_map(|left| {
-            let turns = TURNS_RAD.iter().map(move |up| [*left, *up]);
-            turns.flat_map(|[left, up]| ADVANCES_M.map(|advance| [left, up, advance]))
-        });
-        self.try_aims(grid, identity, judge, &mut best)?;
-        self.refine(identity, judge, &mut best)?;
-        Ok(best.1)
+        self.try_aims(scope.aims(), identity, judge, scope, &mut best)?;
+        self.refine(identity, judge, scope, &mut best)?;
+        Ok(best)
     }
 
     /// Searches around the best aim so far, in shrinking steps.
@@ -159,6 +169,7 @@ impl Work<'_> {
         &mut self,
         identity: &mut Identity,
         judge: Judge<'_>,
+        scope: Scope,
         best: &mut (f64, Aim),
     ) -> Result<(), String> {
         let mut step = STEP;
@@ -171,7 +182,8 @@ impl Work<'_> {
                 }
                 aim
             });
-            self.try_aims([from].into_iter().chain(around), identity, judge, best)?;
+            let aims = [from].into_iter().chain(around);
+            self.try_aims(aims, identity, judge, scope, best)?;
             step = step.map(|it| SHRINK * it);
         }
         Ok(())
@@ -182,64 +194,29 @@ impl Work<'_> {
         aims: impl Iterator<Item = Aim>,
         identity: &mut Identity,
         judge: Judge<'_>,
+        scope: Scope,
         best: &mut (f64, Aim),
     ) -> Result<(), String> {
-        for (number, aim) in aims.enumerate() {
+        let mut drawn = 0;
+        for aim in aims {
             let mut tools = *self.seen.tools;
             tools.world_from_camera = self.camera_at(aim);
-            let seen = identity.look([0.0; 2], &self.seen.state, &tools);
+            if !self.may_hold(scope, &tools.world_from_camera) {
+                continue;
+            }
+            let sight_rad = scope.sight_rad(&tools.world_from_camera);
+            let seen = identity.look(sight_rad, &self.seen.state, &tools);
             let value = seen.map_or(f64::MIN, |seen| judge(&seen));
             if value > best.0 {
                 *best = (value, aim);
             }
-            if number % AT_ONCE == 0 {
+            if drawn % AT_ONCE == 0 {
                 self.look_for(1e-3, |_| false);
                 self.goes_on()?;
             }
+            drawn += 1;
         }
         Ok(())
-    }
-
-    /// Pose of the endoscope at an aim. It turns about its port.
-    fn camera_at(&self, [left, up, advance_m]: Aim) -> PoseMsg {
-        let room = self.sight.scene().room();
-        let start = &room.world_from_camera;
-        let port = wide(room.endoscope_port_m);
-        let rest = rotation(start);
-        let turn = UnitQuaternion::from_scaled_axis(rest * Vec3::new(up, left, 0.0));
-        let ahead = rest * Vec3::new(0.0, 0.0, -advance_m);
-        let at = port + turn * (wide(start.position_m) + ahead - port);
-        let turned = turn * rest;
-        let [x, y, z, w] = [turned.i, turned.j, turned.k, turned.w];
-        PoseMsg {
-            position_m: [at.x, at.y, at.z].map(|it| it as f32),
-            orientation: [x, y, z, w].map(|it| it as f32),
-        }
-    }
-
-    /// Moves the endoscope to an aim.
-    fn aim(&mut self, aim: Aim) -> Result<(), String> {
-        let mut before_s = self.seen.at_s;
-        let there = self.look_for(GIVE_UP_S, |work| {
-            let seconds = (work.seen.at_s - before_s).clamp(0.0, LOOK_MAX_S);
-            before_s = work.seen.at_s;
-            let asked = &mut work.asked;
-            let [left, up] = &mut asked.scope_turned_rad;
-            let sums = [left, up, &mut asked.scope_advanced_m];
-            let mut is_there = true;
-            for (((sum, to), speed), near) in sums.into_iter().zip(aim).zip(SPEED).zip(NEAR) {
-                let most = speed * seconds;
-                let way = to - *sum;
-                is_there &= way.abs() < near;
-                *sum += way.clamp(-most, most);
-            }
-            is_there
-        });
-        self.goes_on()?;
-        match there {
-            true => Ok(()),
-            false => Err("the endoscope does not come to rest".to_owned()),
-        }
     }
 }
 

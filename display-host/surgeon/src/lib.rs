@@ -18,6 +18,7 @@ mod jaws;
 mod look;
 mod nearing;
 mod plan;
+mod scope;
 mod sight;
 mod vector;
 mod work;
@@ -64,6 +65,14 @@ pub trait Theatre {
     /// # Errors
     /// The reason why it could not be sent.
     fn command(&mut self, command: CommandMsg) -> Result<(), String>;
+
+    /// Looks through an endoscope whose view lies so to its shaft: the angle between the two, and
+    /// the view's turn about the shaft (0: down), rad. Returns `false`, and changes nothing, if the
+    /// surgeon cannot choose the endoscope here, as at a station.
+    fn look_off(&mut self, sight_rad: [f32; 2]) -> bool {
+        let _ = sight_rad;
+        false
+    }
 
     /// Receives the surgeon's words, such as the reason for leaving a step undone.
     fn tell(&mut self, what: &str);

@@ -252,6 +252,15 @@ impl Sight {
         }
     }
 
+    /// True if no organ's sphere comes within this distance of a segment.
+    pub(crate) fn is_clear(&self, ends: [Vec3; 2], within_m: f64, state: &StateFrame) -> bool {
+        let mut spheres = self.scene.spheres().iter().enumerate();
+        spheres.all(|(index, sphere)| {
+            let off_m = off_line(self.now(index, state), ends);
+            off_m > f64::from(sphere.radius_m) + within_m
+        })
+    }
+
     /// Structures near a place that no instrument may even touch.
     pub(crate) fn touchy(&self, near: Vec3, within_m: f64, state: &StateFrame) -> Vec<Bar> {
         let mut bars = self.delicate(near, within_m, state);

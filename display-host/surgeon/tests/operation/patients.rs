@@ -122,11 +122,12 @@ fn nobody_sees_them_in_any_patient() {
     }
 }
 
-fn identify(name: &str, seconds: f64) -> Performance {
+/// The careful surgeon at `identify`, from the start of this task.
+fn identify_from(begin: Task, name: &str, seconds: f64) -> Performance {
     let scene = patient(name);
     let task = Task::Identify;
     let result = work(
-        start(task),
+        start(begin),
         Surgeon::Careful,
         task,
         &scene,
@@ -146,6 +147,29 @@ fn identify(name: &str, seconds: f64) -> Performance {
     result
 }
 
+fn identify(name: &str, seconds: f64) -> Performance {
+    identify_from(Task::Identify, name, seconds)
+}
+
+/// Sides from which the critical view was held.
+fn held(result: &Performance) -> [bool; 2] {
+    let cvs = result.assessed.cvs.as_ref();
+    let is_held = |shown: Option<&assess::Shown>| shown.is_some_and(|it| it.held);
+    [
+        cvs.is_some_and(|cvs| is_held(cvs.front.as_ref())),
+        cvs.is_some_and(|cvs| is_held(cvs.behind.as_ref())),
+    ]
+}
+
+/// Triangle and lower bed are cleared from the start. Clara's duct and artery lie so that a
+/// straight endoscope gets 4° behind them at most, and 5° are asked.
+#[test]
+#[ignore = "minutes, and not yet run to its end: run it after changes of the views"]
+fn an_angled_endoscope_shows_the_view_from_behind_where_a_straight_one_cannot() {
+    let result = identify_from(Task::Clamp, "clara", VIEWS_S);
+    assert_eq!(held(&result), [true; 2], "{:?}", result.said);
+}
+
 /// The cover parts under the hook: within this time 76 % of the triangle is gone. With bare fat,
 /// tied to ducts alone, it was 2 % after 30 s.
 #[test]
@@ -159,14 +183,36 @@ fn careful_surgeon_opens_the_cover_without_harm() {
     assert!(metrics.get(Metric::Perforations) < 0.5);
 }
 
-/// It took 206 s. The hepatic artery shook once, at 10 mm/s.
+/// Longest time in which the views are shown after the dissection, s.
+const VIEWS_S: f64 = 120.0;
+/// Longest time of a patient, s.
+const LONG_S: f64 = 420.0;
+
+/// All six patients, a row of the results' table each. Ada is the only one in whom a pass is
+/// recorded, so only her row can fail.
 #[test]
-#[ignore = "minutes: run it after changes of patients, fat, cells or the careful surgeon"]
-fn careful_surgeon_passes_identify_in_ada() {
-    let result = identify("ada", 300.0);
-    let it = &result.assessed;
-    assert_eq!(it.outcome, Outcome::Passed, "{:?}", it.reasons);
-    assert!(it.injuries.is_empty(), "{:?}", it.injuries);
-    assert!(it.score > 90.0, "{}", it.score);
-    assert!(result.shakes <= 1, "{} reports", result.shakes);
+#[ignore = "an hour: run it after changes of patients, fat, cells or the careful surgeon"]
+fn careful_surgeon_works_identify_in_all_six_patients() {
+    println!("patient | outcome | s | triangle | lower bed | views held | injuries | points");
+    for name in NAMES {
+        let result = identify(name, LONG_S);
+        let it = &result.assessed;
+        let of = |metric| it.metrics.get(metric);
+        println!(
+            "{name} | {:?} {:?} | {:.0} | {:.3} | {:.3} | {:?} | {} | {:.1}",
+            it.outcome,
+            it.reasons,
+            result.ticks as f64 * 1e-3,
+            of(Metric::CvsTriangle),
+            of(Metric::CvsBed),
+            held(&result),
+            it.injuries.len(),
+            it.score,
+        );
+        if name == "ada" {
+            assert_eq!(it.outcome, Outcome::Passed, "{:?}", it.reasons);
+            assert!(it.injuries.is_empty(), "{:?}", it.injuries);
+            assert!(it.score > 90.0, "{}", it.score);
+        }
+    }
 }

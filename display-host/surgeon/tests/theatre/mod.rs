@@ -51,6 +51,8 @@ struct Alone<'a, 'b> {
     /// Changes what is recorded of the hands at a time, s.
     spoil: &'a dyn Fn(f64, &mut Movement),
     identity: Identity,
+    /// Angle between view and shaft, and the view's turn about the shaft, rad.
+    sight_rad: [f32; 2],
 }
 
 impl Alone<'_, '_> {
@@ -81,7 +83,7 @@ impl Theatre for Alone<'_, '_> {
             self.note(EntryContent::Moved(moved));
         }
         if (self.rehearsal.ticks() / LOOK_EVERY).is_multiple_of(SEEN_EVERY)
-            && let Some(seen) = self.identity.look([0.0; 2], &now.state, &now.tools)
+            && let Some(seen) = self.identity.look(self.sight_rad, &now.state, &now.tools)
         {
             self.note(EntryContent::Seen(seen));
         }
@@ -105,6 +107,16 @@ impl Theatre for Alone<'_, '_> {
     fn command(&mut self, command: CommandMsg) -> Result<(), String> {
         self.command = Some(command);
         Ok(())
+    }
+
+    fn look_off(&mut self, sight_rad: [f32; 2]) -> bool {
+        self.sight_rad = sight_rad;
+        let [off_rad, turned_rad] = sight_rad;
+        self.note(EntryContent::Sight {
+            off_rad,
+            turned_rad,
+        });
+        true
     }
 
     fn tell(&mut self, what: &str) {
@@ -181,6 +193,7 @@ pub(crate) fn work_with(
             late_s,
             spoil,
             identity: Identity::of(scene),
+            sight_rad: [0.0; 2],
         };
         if let Some(task) = start {
             alone.command = Some(CommandMsg {
