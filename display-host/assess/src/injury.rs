@@ -2,7 +2,8 @@
 //!
 //! Scissors, current or traction open a tube. It counts as opened if it is divided, if its wall is
 //! burnt through, or if half of the wall is torn, cut or burnt. Less heat only coagulates the wall.
-//! For scale: 1 J heats 10 mm³ of tissue to 63 °C.
+//! For scale: 1 J heats 10 mm³ of tissue to 63 °C. Heat from beside counts as soon as it has
+//! destroyed tissue of the wall (event `Seared`).
 
 use core::fmt;
 
@@ -146,17 +147,29 @@ impl Injuries {
         };
         *sum_j += heat_j;
         if *sum_j >= rule.burn_j {
-            let injury = Injury {
-                at_s,
-                kind: InjuryKind::Burnt,
-                cause: Cause::Burnt,
-                severity: rule.open.min(Severity::Serious),
-                organ: organ.to_owned(),
-                ends_task: false,
-                source: rule.source.clone(),
-            };
-            self.note(index, injury);
+            self.burn(at_s, (index, organ), rule);
         }
+    }
+
+    /// Notes a burn of the organ with this index and name, because heat has destroyed some of it.
+    /// Organs without a limit of heat may be burnt.
+    pub(crate) fn sear(&mut self, at_s: f64, (index, organ): (u32, &str), rule: &InjuryRule) {
+        if rule.burn_j.is_finite() {
+            self.burn(at_s, (index, organ), rule);
+        }
+    }
+
+    fn burn(&mut self, at_s: f64, (index, organ): (u32, &str), rule: &InjuryRule) {
+        let injury = Injury {
+            at_s,
+            kind: InjuryKind::Burnt,
+            cause: Cause::Burnt,
+            severity: rule.open.min(Severity::Serious),
+            organ: organ.to_owned(),
+            ends_task: false,
+            source: rule.source.clone(),
+        };
+        self.note(index, injury);
     }
 
     /// Keeps an injury, unless the organ already has one of its kind.
