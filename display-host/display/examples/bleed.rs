@@ -2,9 +2,9 @@
 //! volumes and the processor's time: `cargo run -p display-host --example bleed -- [SCENE.calot]
 //! [--organ NAME] [--every S] [--pictures N] [--stops S] [--near 0..1] [--place 0..1]
 //! [--from X,Y,Z] [--size WxH] [--rinse S] [--suck S] [--heat 0..255] [--out FOLDER]`.
-//! The leak is at a visible place of the organ, `--place` along it, and stops after `--stops` s. The
-//! irrigator rinses from `--rinse` s on and sucks from `--suck` s on. `--heat` denatures the tissue
-//! around the place to this share.
+//! The leak is at a visible place of the organ, `--place` along it, and stops after `--stops` s.
+//! The irrigator rinses from `--rinse` s on and sucks from `--suck` s on. `--heat` denatures the
+//! tissue around the place to this share.
 
 #[path = "../tests/support/mod.rs"]
 mod support;

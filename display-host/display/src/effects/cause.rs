@@ -138,8 +138,8 @@ impl Effect {
         })
     }
 
-    /// Effects of the irrigator during `seconds`: the cutting pedal opens its water, the coagulating
-    /// pedal its suction. Both may be open.
+    /// Effects of the irrigator during `seconds`: the cutting pedal opens its water, the
+    /// coagulating pedal its suction. Both may be open.
     #[must_use]
     pub fn of_irrigator(tools: &ToolFrame, seconds: f32) -> Vec<Self> {
         let tip = tools

@@ -1,5 +1,5 @@
-//! Effects in addition to the tissue's motion: smoke, steam, sparks, blood, bile, water, char. The input
-//! is a plain list of [`Effect`]s from any source; nothing returns to the controller.
+//! Effects in addition to the tissue's motion: smoke, steam, sparks, blood, bile, water, char. The
+//! input is a plain list of [`Effect`]s from any source; nothing returns to the controller.
 //!
 //! ```text
 //! events, tools ─► Effect ─► sources ─► particles (billboards)

@@ -1,6 +1,6 @@
-//! The films of blood, bile and water as a texture. The red channel holds blood, the green one bile,
-//! the blue one clotted blood and the last one water. When the fluid has changed, the block that is or was wet is
-//! uploaded.
+//! The films of blood, bile and water as a texture. The red channel holds blood, the green one
+//! bile, the blue one clotted blood and the last one water. When the fluid has changed, the block
+//! that is or was wet is uploaded.
 
 use glam::Vec3;
 

@@ -9,7 +9,7 @@ use rt_core::tool::Instrument;
 /// A place at the liver's top at which the tip presses.
 const ON_LIVER: Vec3 = Vec3::new(0.0, 0.0, 0.034);
 /// Distance of the duct's axis from the end of the tip, m.
-const BESIDE_M: f32 = 0.0038;
+const APART_M: f32 = 0.0038;
 
 /// The liver, and a duct of 4 mm beside the tip. It keeps its place, and is attached to the liver.
 fn liver_and_duct() -> Anatomy {
@@ -19,7 +19,7 @@ fn liver_and_duct() -> Anatomy {
     let axis_m = ON_LIVER.z;
     let liver = anatomy.spheres.clone();
     for i in 0..16 {
-        let center_m = Vec3::new(0.004 * (i as f32 - 7.5), BESIDE_M, axis_m);
+        let center_m = Vec3::new(0.004 * (i as f32 - 7.5), APART_M, axis_m);
         anatomy.spheres.push(RestSphere {
             center_m,
             radius_m: 0.002,
@@ -103,7 +103,7 @@ fn the_generator_s_energy_is_somewhere() {
 }
 
 #[test]
-fn a_current_held_too_long_destroys_the_duct_beside_it() {
+fn a_current_held_too_long_destroys_the_duct_next_to_it() {
     let anatomy = liver_and_duct();
     let short = coagulated(&anatomy, &ON_LIVER, COAGULATE, 1000, 2000);
     assert!(short.balance.stored_j > 1.0, "{:?}", short.balance);

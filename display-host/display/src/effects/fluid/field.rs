@@ -108,7 +108,8 @@ impl Field {
         }
     }
 
-    /// Adds a parcel: volumes of blood, bile and water (m³), and the share of the blood that has clotted.
+    /// Adds a parcel: volumes of blood, bile and water (m³), and the share of the blood that has
+    /// clotted.
     pub(super) fn add(&mut self, at_m: Vec3, volume_m3: Volumes, clotted: f32) {
         let at = (at_m - self.low_m) / VOXEL_M - 0.5;
         let reach = REACH_M / VOXEL_M;

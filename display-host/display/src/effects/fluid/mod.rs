@@ -14,8 +14,9 @@
 //! The tick owns each leak: its place and its share of the full flow. `assess` owns the full flow
 //! of each kind of organ, ml/min. Both are published. The product of both is the metric `blood_ml`
 //! or `bile_ml`, and the same product fills this model. [`Balance`] says where the volume is:
-//! what left a vessel or the irrigator lies on tissue, falls, is in the jar, or is gone out of reach. A tube that is cut or torn
-//! also empties itself once. No leak reports that, so the balance has it as a sum of its own.
+//! what left a vessel or the irrigator lies on tissue, falls, is in the jar, or is gone out of
+//! reach. A tube that is cut or torn also empties itself once. No leak reports that, so the balance
+//! has it as a sum of its own.
 //!
 //! # Law
 //!
@@ -36,7 +37,8 @@
 //! the jet pushes it along. Suction takes parcels and drops near the tip into the jar ([`rinse`]).
 //!
 //! Assumed numbers are marked so at their constants. A pool is a thick film: the picture raises its
-//! surface by its thickness, up to 6 mm, but organs that dip into it displace nothing. Blood and water do not mix within a parcel.
+//! surface by its thickness, up to 6 mm, but organs that dip into it displace nothing. Blood and
+//! water do not mix within a parcel.
 //!
 //! The steps have a fixed length, and nothing is random but a fixed sequence. So the same record
 //! gives the same fluid, as far as the tissue moves alike between two pictures.

@@ -45,8 +45,8 @@ impl Heat {
             true => (a, b, rise_a - rise_b),
             false => (b, a, rise_b - rise_a),
         };
-        let is_gone = |sphere| bodies.bits.at(sphere).contains(SphereBits::REMOVED);
-        if difference_k <= 0.0 || is_gone(a) || is_gone(b) {
+        let is_removed = |sphere| bodies.bits.at(sphere).contains(SphereBits::REMOVED);
+        if difference_k <= 0.0 || is_removed(a) || is_removed(b) {
             return;
         }
         let most = |sphere: u32| {

@@ -9,7 +9,8 @@
 //!   organ, or the body. Its potential is computed by sweeps of Jacobi's method, three in five
 //!   ticks. Each link takes heat by its conductance and the square of its difference of potential.
 //!
-//! Current in a tube that hangs free, and heat beyond the reach, warm nothing: they count as spread.
+//! Current in a tube that hangs free, and heat beyond the reach, warm nothing: they count as
+//! spread.
 
 use heapless::Vec;
 
@@ -27,7 +28,7 @@ use crate::words::SphereBits;
 /// farther away.
 const REACH_M: f32 = 0.012;
 /// Most spheres that a tick warms beside the tip.
-const BESIDE_MAX: usize = 1024;
+const NEAR_MAX: usize = 1024;
 /// Ticks in which the heat of tubes is computed once.
 const ROUND: u32 = 5;
 /// Sum of the sections of all ways, weighted by the heat, below which no current flows, m.
@@ -54,7 +55,7 @@ impl Heat {
         let given_j = 2.0 * shares.near_j();
         self.balance.given_j += f64::from(given_j);
         self.balance.boiled_j += f64::from(shares.dividing_j());
-        let nearest = self.warm_beside(current, scene, bodies, bounds);
+        let nearest = self.warm_near(current, scene, bodies, bounds);
         for (link, energy_j) in &shares.links {
             if let Some(link) = scene.links.get(*link as usize) {
                 self.warm_or_spread(Some(link.a), 0.5 * energy_j);
@@ -80,7 +81,7 @@ impl Heat {
     }
 
     /// Warms tissue beside the tip. Returns the sphere of each organ that is nearest to the tip.
-    fn warm_beside(
+    fn warm_near(
         &mut self,
         current: &Current<'_>,
         scene: &Scene<'_>,
@@ -96,7 +97,7 @@ impl Heat {
         // The power's energy in a tick, times the radius of the tip, over 2π.
         let tip_j_m = shares.near_j() * electrode.diameter_m() / core::f32::consts::TAU;
         let mut nearest = [None; MAX_ORGANS];
-        let mut wanted: Vec<(u32, f32), BESIDE_MAX> = Vec::new();
+        let mut wanted: Vec<(u32, f32), NEAR_MAX> = Vec::new();
         for (((it, near), bounds), joined) in scene
             .organs
             .iter()
@@ -114,8 +115,8 @@ impl Heat {
                 if distance_m2 < least_m2 {
                     (least_m2, *near) = (distance_m2, Some(sphere));
                 }
-                let is_gone = bodies.bits.at(sphere).contains(SphereBits::REMOVED);
-                if distance_m2 < REACH_M * REACH_M && !is_gone {
+                let is_removed = bodies.bits.at(sphere).contains(SphereBits::REMOVED);
+                if distance_m2 < REACH_M * REACH_M && !is_removed {
                     let distance_m = electrode.distance_m(&center_m);
                     let rest = scene.spheres.get(sphere as usize);
                     let radius_m = rest.map_or(0.0, |it| it.radius_m);

@@ -1,8 +1,9 @@
 //! Heat that the hook's current leaves in tissue: it spreads, is carried off by blood, and
 //! destroys.
 //!
-//! Every sphere has a temperature, the mean of the tissue whose mass it carries. A burn smaller than
-//! that tissue is averaged away: a coarse liver hardly warms under the tip, a duct's spheres do.
+//! Every sphere has a temperature, the mean of the tissue whose mass it carries. A burn smaller
+//! than that tissue is averaged away: a coarse liver hardly warms under the tip, a duct's spheres
+//! do.
 //!
 //! | stage | does |
 //! |---|---|

@@ -143,18 +143,18 @@ fn destroyed_tissue_is_reported_with_its_volume() {
         let capacity_j_k = *state.heat.capacity_j_k.at(1);
         state.heat.warm(1, 40.0 * capacity_j_k);
         let mut journal = Journal::default();
-        let mut told = Vec::new();
+        let mut reported = Vec::new();
         for _ in 0..2000 {
             journal.begin();
             state.heat.advance(scene, &state.bodies, &mut journal);
-            told.extend(journal.events().iter().copied());
+            reported.extend(journal.events().iter().copied());
         }
         assert!(
-            told.iter().all(|it| it.kind == EventKind::Seared),
-            "{told:?}"
+            reported.iter().all(|it| it.kind == EventKind::Seared),
+            "{reported:?}"
         );
         let volume_m3 = SPACING_M * SPACING_M * SPACING_M;
-        let first = told.first().expect("77 °C for two seconds destroys");
+        let first = reported.first().expect("77 °C for two seconds destroys");
         assert!(
             (first.value / volume_m3 - 1.0).abs() < 0.01,
             "{}",
