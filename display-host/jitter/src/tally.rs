@@ -45,6 +45,8 @@ pub struct Tally {
     /// Sum of the counters of the finished sessions.
     over: Counters,
     batches_lost: u64,
+    /// Settled ticks that rested instead of following the device's samples.
+    not_following: u64,
     /// Realtime bits that were set in every batch so far; `None` before the first batch.
     pub realtime_bits: Option<u32>,
 }
@@ -171,6 +173,9 @@ impl Tally {
             stage.record(ns.into());
         }
         let is_settled = tick.scheduled_ns.saturating_sub(start_ns) >= self.settle_ns;
+        if is_settled && tick.bits & TickRecord::NOT_FOLLOWING != 0 {
+            self.not_following += 1;
+        }
         if record.motion_to_force_ns > 0 && is_settled {
             self.motion_to_force
                 .record(record.motion_to_force_ns.into());
@@ -247,6 +252,7 @@ impl Tally {
             ("involuntary_switches", all.involuntary_switches),
             ("blocks", all.blocks),
             ("timing_batches_lost", self.batches_lost),
+            ("ticks_not_following", self.not_following),
         ] {
             report.counts.insert(name.to_owned(), count);
         }
@@ -325,8 +331,13 @@ mod tests {
         };
         // Ticks 0 to 3, then 4 to 7. In each batch the third tick has no motion.
         tally.take(&batch(0, 0), &mut report);
-        tally.take(&batch(1, 4), &mut report);
+        let mut resting = batch(1, 4);
+        for record in resting.records.iter_mut().take(4) {
+            record.bits = TickRecord::NOT_FOLLOWING;
+        }
+        tally.take(&resting, &mut report);
         tally.fill(&mut report);
+        assert_eq!(report.counts["ticks_not_following"], 3);
         assert_eq!(report.times["motion_to_force_ns"].count(), 2);
         assert_eq!(report.times["wake_latency_ns"].count(), 8);
     }

@@ -51,9 +51,18 @@ pub fn sentence(report: &Report) -> String {
             cause.name
         )
     });
+    let resting = count("ticks_not_following") as f64 / count("ticks").max(1) as f64;
+    let rested = match resting {
+        ..0.01 => String::new(),
+        _ => format!(
+            " In at least {:.0} % of the ticks --follow-device rested, because the device's samples came too \
+             irregularly.",
+            100.0 * resting
+        ),
+    };
     format!(
         "{verdict}: {misses}, 99 % of the wake-ups came within {}{floor}, and the latest came after \
-         {}{cause}.",
+         {}{cause}.{rested}",
         us(wake.p99),
         us(wake.max)
     )
@@ -100,6 +109,11 @@ mod tests {
         assert!(sentence(&report).contains("late ticks lost, at a guess, 100 % of"));
         report.counts.insert("deadline_misses".to_owned(), 0);
         assert!(sentence(&report).starts_with("On time: none of 1990 periods was missed, "));
+        assert!(!sentence(&report).contains("rested"));
+        report.counts.insert("ticks_not_following".to_owned(), 995);
+        assert!(
+            sentence(&report).contains(". In at least 50 % of the ticks --follow-device rested, ")
+        );
         report.about.realtime = false;
         assert!(sentence(&report).starts_with("Not realtime: "));
         report.times.clear();

@@ -73,11 +73,11 @@ impl Phase {
             return 0;
         };
         self.note((scheduled_ns as i64 - arrived_ns as i64) as f64 / self.period_ns);
-        let aim = SPREADS * self.spread;
-        if self.waits < SETTLED || aim > AIM[1] {
+        if self.rests() {
             return 0;
         }
-        let pull_ns = -circle(self.phase() - aim.max(AIM[0])) * self.period_ns / LOOP_TICKS;
+        let aim = self.aim().max(AIM[0]);
+        let pull_ns = -circle(self.phase() - aim) * self.period_ns / LOOP_TICKS;
         let wanted_ns = pull_ns + self.drift_ns;
         let step_ns = wanted_ns.clamp(-STEP_MAX_NS, STEP_MAX_NS).round();
         // The device's clock takes back what its drift asked for; the rest moves all waits.
@@ -88,6 +88,17 @@ impl Phase {
             self.drift_ns = (self.drift_ns + pull_ns / DRIFT_TICKS).clamp(-most, most);
         }
         step_ns as i64
+    }
+
+    /// True while the loop moves no tick: it has seen too few arrivals, or they jitter too much.
+    #[must_use]
+    pub fn rests(&self) -> bool {
+        self.waits < SETTLED || self.aim() > AIM[1]
+    }
+
+    /// Wait that the jitter asks for, as a share of the period.
+    fn aim(&self) -> f64 {
+        SPREADS * self.spread
     }
 
     /// Takes a wait, as a share of the period.
@@ -222,6 +233,26 @@ mod tests {
         );
         let mut silent = Phase::new(PERIOD_NS);
         assert!((0..5000).all(|i| silent.step_ns(i * PERIOD_NS, None) == 0));
+    }
+
+    #[test]
+    fn it_says_when_it_rests() {
+        let mut phase = Phase::new(PERIOD_NS);
+        let mut chance = Even(7);
+        let mut ticks = |phase: &mut Phase, jitter_ns: f64| {
+            for tick in 1..1000 {
+                let at_ns = tick * PERIOD_NS;
+                phase.step_ns(
+                    at_ns,
+                    Some(at_ns - (3e5 + jitter_ns * chance.next()) as u64),
+                );
+            }
+        };
+        assert!(phase.rests(), "it has seen no arrival");
+        ticks(&mut phase, 1e3);
+        assert!(!phase.rests());
+        ticks(&mut phase, 6e5);
+        assert!(phase.rests(), "arrivals jitter");
     }
 
     #[test]

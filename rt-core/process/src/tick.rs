@@ -330,6 +330,10 @@ impl Tick {
             scheduled_ns: due.scheduled_ns,
             wake_latency_ns: saturate(start.saturating_sub(due.scheduled_ns)),
             missed: due.missed,
+            bits: match &world.phase {
+                Some(phase) if phase.rests() => TickRecord::NOT_FOLLOWING,
+                _ => 0,
+            },
             ..NO_RECORD
         };
         shared.scheduled_ns.store(due.scheduled_ns, Relaxed);

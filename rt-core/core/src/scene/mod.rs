@@ -253,6 +253,13 @@ impl<'a> Scene<'a> {
         links.get(..organ.elastic_links as usize).unwrap_or(links)
     }
 
+    /// Number of elastic links of the organs without tetrahedra whose links come before `organ`'s.
+    pub(crate) fn tube_links_before(&self, organ: &Organ) -> u32 {
+        let before = |it: &&Organ| it.is_tube() && it.link_start < organ.link_start;
+        let counts = self.organs.iter().filter(before).map(|it| it.elastic_links);
+        counts.fold(0, u32::saturating_add)
+    }
+
     /// The tetrahedra of `organ`.
     pub(crate) fn batches_of(&self, organ: &Organ) -> &'a [TetraBatch] {
         let start = organ.batch_start as usize;

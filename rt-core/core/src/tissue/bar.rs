@@ -41,12 +41,28 @@ impl Bar {
     /// substep: the weight of the strain rate relative to the strain.
     #[inline(always)]
     fn push_factor(&self, length_m: f32, weight_sum: f32, rate: f32, last_length_m: f32) -> f32 {
+        self.push_factor_beyond(0.0, length_m, weight_sum, rate, last_length_m)
+    }
+
+    /// The same, if the ends have already felt `kept_m_kg`, the size of an impulse that pushes them
+    /// apart.
+    #[inline(always)]
+    fn push_factor_beyond(
+        &self,
+        kept_m_kg: f32,
+        length_m: f32,
+        weight_sum: f32,
+        rate: f32,
+        last_length_m: f32,
+    ) -> f32 {
         let resistance = (1.0 + rate) * weight_sum + self.scaled_compliance_per_kg;
         let is_solvable = length_m > 1.0e-9 && resistance > 0.0;
         if !is_solvable {
             return 0.0;
         }
-        let error = length_m - self.rest_length_m + rate * (length_m - last_length_m);
+        let error = length_m - self.rest_length_m
+            + rate * (length_m - last_length_m)
+            + self.scaled_compliance_per_kg * kept_m_kg;
         -error / (resistance * length_m)
     }
 
@@ -68,6 +84,35 @@ impl Bar {
         let push = difference.scaled(push_factor);
         *last_length_m = (length_m + length_m * (push_factor * (wa + wb))).abs();
         let (a, b) = (a.step_m + push.scaled(wa), b.step_m - push.scaled(wb));
+        nodes.at_mut(i).step_m = a;
+        nodes.at_mut(j).step_m = b;
+    }
+
+    /// Projects the bar between two spheres that have already felt `kept_share` of `impulse`, the
+    /// bar's impulse in the last substep. The impulse turns with the bar. The method updates
+    /// `impulse` (spare lane: its size) and `last_length_m`.
+    #[inline(always)]
+    pub(crate) fn project_warm(
+        &self,
+        nodes: &mut PerSphere<Node>,
+        [i, j]: [u32; 2],
+        rate: f32,
+        kept_share: f32,
+        (last_length_m, impulse): (&mut f32, &mut Lanes),
+    ) {
+        let (a, b) = (nodes.at(i), nodes.at(j));
+        let (wa, wb) = (a.inverse_mass_per_kg(), b.inverse_mass_per_kg());
+        let difference = a.from(b);
+        let length_m = math::sqrt(difference.norm_squared());
+        let kept_m_kg = kept_share * impulse.spare();
+        let more =
+            length_m * self.push_factor_beyond(kept_m_kg, length_m, wa + wb, rate, *last_length_m);
+        let push_m_kg = kept_m_kg + more;
+        let now = difference.scaled(push_m_kg / length_m.max(1.0e-9));
+        let change = now - impulse.scaled(kept_share);
+        *last_length_m = (length_m + more * (wa + wb)).abs();
+        *impulse = now.with_spare(push_m_kg);
+        let (a, b) = (a.step_m + change.scaled(wa), b.step_m - change.scaled(wb));
         nodes.at_mut(i).step_m = a;
         nodes.at_mut(j).step_m = b;
     }

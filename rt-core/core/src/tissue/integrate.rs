@@ -5,7 +5,7 @@ use crate::math::{self, Vec3};
 use crate::scene::{Organ, Scene};
 use crate::time::TICK_S;
 use crate::tissue::lanes::Lanes;
-use crate::tissue::{Bodies, neo_hookean};
+use crate::tissue::{Bodies, warm_start};
 
 /// Largest speed of a sphere, m/s. An instrument is slower. A faster sphere could pass through its
 /// neighbour in one tick.
@@ -94,16 +94,17 @@ impl Bodies {
     pub(crate) fn advance(&mut self, scene: &Scene<'_>, organ: &Organ, step_s: f32) -> u32 {
         let mut quarantined = 0;
         let per_step = Lanes::splat(step_s.recip());
+        let index = *self.organ.at(organ.sphere_start);
+        let keeps = self.warm_start.keeps(organ, index);
         let memory = self.warm_start.of(organ).spheres;
-        let has_memory = organ.batch_count > 0;
         let nodes = self.nodes.range_mut(organ.sphere_start, organ.sphere_count);
         for (node, last) in nodes.iter_mut().zip(memory) {
             let weight_per_kg = node.inverse_mass_per_kg();
             let tools_m = node.step_m - last.tools;
-            last.tools = neo_hookean::impulse(tools_m, weight_per_kg);
-            if has_memory {
-                let outer_m = node.step_m - last.step_after_tetrahedra_m;
-                last.outer = neo_hookean::impulse(outer_m, weight_per_kg);
+            last.tools = warm_start::impulse(tools_m, weight_per_kg);
+            if keeps {
+                let outer_m = node.step_m - last.step_after_elastic_m;
+                last.outer = warm_start::impulse(outer_m, weight_per_kg);
             }
             let [x, y, z, _] = (node.moved_m + node.step_m).to_array();
             // Not `>`: a comparison with NaN is false. Not `&&`: evaluating all three at once is

@@ -39,11 +39,13 @@
 //!
 //! # Links
 //!
-//! Tubes, and tissue without tetrahedra, have elastic links: `C = |p1 − p2| − L` with a compliance,
-//! solved from zero multipliers. One pass suffices while the stiffness number `E dt² / (ρ h²)` of a
-//! substep is at most 0.2, with the spacing `h` of the spheres. Preparation chooses the number of
-//! substeps by that bound. Attachments between organs, sutures, the grip of jaws and contact are
-//! constraints of the same kind. The force of each is its multiplier divided by `dt²`.
+//! Tubes, and tissue without tetrahedra, have elastic links: `C = |p1 − p2| − L` with a compliance.
+//! They keep their impulses as tetrahedra do (`warm_start`), while the stiffness of a sphere's links
+//! times `dt²` over its mass is at most 4. Stiffer ones begin with zero multipliers, and are then
+//! softer than their material. Preparation chooses a tube's substeps and masses by that bound. The
+//! links of an organ that has tetrahedra too keep nothing. Attachments between organs, sutures, the
+//! grip of jaws and contact are constraints of the same kind. The force of each is its multiplier
+//! divided by `dt²`.
 //!
 //! # Damage
 //!

@@ -1,20 +1,20 @@
-//! Warm start: every tetrahedron keeps the impulse of its last projection. An impulse in this
-//! module is a positional one: force times dt², m kg.
+//! Warm start: every tetrahedron, and every link of an organ without tetrahedra, keeps the impulse
+//! of its last projection. An impulse in this module is a positional one: force times dt², m kg.
 //!
-//! A substep begins with all impulses of the last substep. Each tetrahedron then removes its own
+//! A substep begins with all impulses of the last substep. Each constraint then removes its own
 //! impulse, solves for a new one, and applies the difference. At rest nothing changes, so the
 //! impulses balance exactly, in one pass and with any number of substeps. Without warm start,
-//! tissue would be too soft after one pass: each tetrahedron would see the corrections of the
-//! tetrahedra before it, but not of those after it. (Links have no warm start, because a tube of
-//! links is so light that it would bounce off an instrument.)
+//! tissue would be too soft after one pass: each constraint would see the corrections of the
+//! constraints before it, but not of those after it.
 //!
-//! The impulses of the later tetrahedra come from the last substep, so they act like explicit
+//! The impulses of the later constraints come from the last substep, so they act like explicit
 //! forces. Such forces are stable while the stiffness of a sphere times `dt²` over its mass is not
 //! too large. Stiffer organs keep a smaller share of their impulses ([`Limits`]). This makes them
 //! softer than their material, but stable at any stiffness.
 //!
-//! Links, attachments, contacts and grip act after the tetrahedra. Their impulses of the last
-//! substep act already before the tetrahedra are solved. Without these impulses, the tetrahedra
+//! Attachments, contacts and grip act after these constraints, and so do the links of an organ that
+//! has tetrahedra too. Their impulses of the last substep act already before the organ's elastic
+//! constraints are solved, and are removed again afterwards. Without these impulses, the solver
 //! would find pressed tissue sprung back, and it would resist too little. The contact between
 //! organs also acts before the tools, so it begins with the tools' impulses of the last substep.
 //! Otherwise a fold in the jaws would spring back by millimetres, press its neighbours away, and
@@ -23,7 +23,7 @@
 //! Viscosity also needs memory. A constraint resists the change of its strain since its last
 //! projection, so viscosity vanishes at rest.
 
-use crate::capacity::{MAX_BATCHES, MAX_LINKS, MAX_ORGANS};
+use crate::capacity::{MAX_BATCHES, MAX_LINKS, MAX_ORGANS, MAX_TUBE_LINKS};
 use crate::math;
 use crate::scene::{LANES, Organ, Scene, TetraBatch};
 use crate::tissue::Node;
@@ -41,11 +41,18 @@ const KEPT_SHARE_MIN: f32 = 0.5;
 /// % of its height (`squeezed_tissue_stays_whole`).
 const STIFFNESS_NUMBER_MAX: f32 = 34.0;
 
+/// The same for an organ of links. Each sphere of a tube has only a few links, which pass a wave
+/// on; at 5.8 a stretched tube rests, at 6.9 it shakes (`a_stretched_tube_has_its_materials_force`).
+const LINKS_STIFFNESS_NUMBER_MAX: f32 = 4.0;
+
 /// Largest product of two numbers: the stiffness number (see [`STIFFNESS_NUMBER_MAX`]), and the
 /// weight of the strain rate relative to the strain. Viscosity is part of the impulses of the last
 /// substep, so a larger product would shake the tissue (`viscosity_does_not_change_a_sag`: 3.4 is
 /// stable, 8.5 is not).
 const VISCOSITY_NUMBER_MAX: f32 = 3.0;
+/// The same for an organ of links: five is stable in the order of solution that preparation chooses
+/// (`a_viscous_tube_rests`), one if the links follow each other along the tube.
+const LINKS_VISCOSITY_NUMBER_MAX: f32 = 1.5;
 
 /// Memory of a batch of tetrahedra.
 #[derive(Debug, Clone, Copy)]
@@ -102,17 +109,18 @@ impl BatchMemory {
 /// Impulses on a sphere in the last substep, m kg.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SphereMemory {
-    /// Impulse of all tetrahedra.
+    /// Impulse of all tetrahedra; in an organ without tetrahedra, of all links.
     pub(crate) elastic: Lanes,
-    /// Impulse of everything that acts after the tetrahedra: links, attachments, contacts, grip.
+    /// Impulse of everything that acts after these: attachments, contacts, grip, and the links of
+    /// an organ with tetrahedra.
     pub(crate) outer: Lanes,
     /// Impulse of the tools alone: clips, grip and contacts with instruments. Late in a substep, it
     /// holds the sphere's step before the tools instead, m.
     /// [`crate::tissue::Bodies::store_steps_before_tools`] stores this step, and the end of the
     /// substep replaces it by the impulse.
     pub(crate) tools: Lanes,
-    /// Step of the sphere after the tetrahedra, without the outer impulses, m.
-    pub(crate) step_after_tetrahedra_m: Lanes,
+    /// Step of the sphere after the elastic constraints, without the outer impulses, m.
+    pub(crate) step_after_elastic_m: Lanes,
 }
 
 impl SphereMemory {
@@ -121,7 +129,7 @@ impl SphereMemory {
         elastic: Lanes::ZERO,
         outer: Lanes::ZERO,
         tools: Lanes::ZERO,
-        step_after_tetrahedra_m: Lanes::ZERO,
+        step_after_elastic_m: Lanes::ZERO,
     };
 }
 
@@ -131,6 +139,9 @@ pub(crate) struct WarmStart {
     batches: [BatchMemory; MAX_BATCHES],
     /// Length of each link after its last projection, m.
     links_m: [f32; MAX_LINKS],
+    /// Impulse of each link of the organs without tetrahedra on its first sphere, m kg. Spare lane:
+    /// its size, positive if the link pushes its spheres apart.
+    link_impulses: [Lanes; MAX_TUBE_LINKS],
     spheres: PerSphere<SphereMemory>,
     /// Bounds of each organ, from its stiffness and substeps.
     limits: [Limits; MAX_ORGANS],
@@ -152,12 +163,26 @@ impl Limits {
         rate_max: 0.0,
     };
 
-    /// Bounds for this stiffness number. NaN gets the tightest bounds.
-    fn of(stiffness: f32) -> Self {
+    /// Bounds of an organ with tetrahedra for this stiffness number. NaN gets the tightest bounds.
+    fn of_tetrahedra(stiffness: f32) -> Self {
         let margin = (STIFFNESS_NUMBER_MAX / stiffness).max(0.0);
         Self {
             kept_share: KEPT_SHARE * (KEPT_SHARE_MIN + (1.0 - KEPT_SHARE_MIN) * margin.min(1.0)),
             rate_max: (VISCOSITY_NUMBER_MAX / stiffness).max(0.0),
+        }
+    }
+
+    /// Bounds of an organ of links. One that is too stiff keeps nothing, and nor does one without
+    /// room in `link_impulses`.
+    fn of_links(stiffness: f32) -> Self {
+        let keeps = stiffness <= LINKS_STIFFNESS_NUMBER_MAX;
+        Self {
+            kept_share: if keeps { KEPT_SHARE } else { 0.0 },
+            rate_max: if keeps {
+                (LINKS_VISCOSITY_NUMBER_MAX / stiffness).max(0.0)
+            } else {
+                f32::MAX
+            },
         }
     }
 }
@@ -177,6 +202,7 @@ impl WarmStart {
     pub(crate) const REST: Self = Self {
         batches: [BatchMemory::REST; MAX_BATCHES],
         links_m: [0.0; MAX_LINKS],
+        link_impulses: [Lanes::ZERO; MAX_TUBE_LINKS],
         spheres: PerSphere::new(SphereMemory::REST),
         limits: [Limits::NONE; MAX_ORGANS],
     };
@@ -185,14 +211,26 @@ impl WarmStart {
     pub(crate) fn build(&mut self, scene: &Scene<'_>) {
         for ((i, organ), limits) in (0u8..).zip(scene.organs).zip(&mut self.limits) {
             let step_s = scene.step_s_of(i);
-            *limits =
-                Limits::of(stiffest_n_m_kg(scene, organ, &mut self.spheres) * step_s * step_s);
+            let number = stiffest_n_m_kg(scene, organ, &mut self.spheres) * step_s * step_s;
+            let links = scene
+                .tube_links_before(organ)
+                .saturating_add(organ.elastic_links);
+            *limits = match organ.is_tube() {
+                true if links as usize > MAX_TUBE_LINKS => Limits::of_links(f32::INFINITY),
+                true => Limits::of_links(number),
+                false => Limits::of_tetrahedra(number),
+            };
         }
+    }
+
+    /// True if an organ, which has this index, keeps impulses.
+    pub(crate) fn keeps(&self, organ: &Organ, index: u8) -> bool {
+        organ.batch_count > 0 || (organ.is_tube() && self.limits(index).kept_share > 0.0)
     }
 
     /// Bounds of an organ.
     pub(crate) fn limits(&self, organ: u8) -> Limits {
-        let tightest = Limits::of(f32::INFINITY);
+        let tightest = Limits::of_tetrahedra(f32::INFINITY);
         self.limits
             .get(usize::from(organ))
             .copied()
@@ -203,6 +241,14 @@ impl WarmStart {
     #[inline(always)]
     pub(crate) fn link_m(&mut self, link: u32) -> Option<&mut f32> {
         self.links_m.get_mut(link as usize)
+    }
+
+    /// Length of the link with this index after its last projection, m, and impulse of the link
+    /// with this number among those of organs without tetrahedra ([`Scene::tube_links_before`]).
+    #[inline(always)]
+    pub(crate) fn tube_link(&mut self, link: u32, number: u32) -> Option<(&mut f32, &mut Lanes)> {
+        let impulse = self.link_impulses.get_mut(number as usize)?;
+        Some((self.links_m.get_mut(link as usize)?, impulse))
     }
 
     /// Impulse of the tools on a sphere in its last substep, m kg.
@@ -225,6 +271,7 @@ impl WarmStart {
     /// Puts every constraint of an organ to rest, without impulses. This also removes NaN, which
     /// would otherwise spread to every later substep.
     pub(crate) fn reset(&mut self, scene: &Scene<'_>, organ: &Organ) {
+        self.forget_links(scene, organ);
         let memory = self.of(organ);
         memory.spheres.fill(SphereMemory::REST);
         memory.batches.iter_mut().for_each(BatchMemory::reset);
@@ -237,8 +284,17 @@ impl WarmStart {
         }
     }
 
+    /// Removes the impulses of the links of an organ without tetrahedra.
+    fn forget_links(&mut self, scene: &Scene<'_>, organ: &Organ) {
+        if organ.is_tube() {
+            let start = scene.tube_links_before(organ);
+            range(&mut self.link_impulses, start, organ.elastic_links).fill(Lanes::ZERO);
+        }
+    }
+
     /// Adopts the present masses of an organ's spheres, and forgets its impulses.
     pub(crate) fn set_masses(&mut self, scene: &Scene<'_>, organ: &Organ, nodes: &PerSphere<Node>) {
+        self.forget_links(scene, organ);
         let memory = self.of(organ);
         memory.spheres.fill(SphereMemory::REST);
         for (memory, batch) in memory.batches.iter_mut().zip(scene.batches_of(organ)) {
@@ -249,8 +305,8 @@ impl WarmStart {
 }
 
 /// Largest ratio of stiffness to mass among the free spheres of an organ, N/(m kg). The stiffness
-/// of a sphere is that of its tetrahedra. The spare lane of `elastic` in `scratch` sums it up, and
-/// `scratch` is overwritten for the organ's spheres.
+/// of a sphere is that of its tetrahedra; in an organ without tetrahedra, of its links. The spare
+/// lane of `elastic` in `scratch` sums it up, and `scratch` is overwritten for the organ's spheres.
 fn stiffest_n_m_kg(scene: &Scene<'_>, organ: &Organ, scratch: &mut PerSphere<SphereMemory>) -> f32 {
     let (start, count) = (organ.sphere_start, organ.sphere_count);
     scratch.range_mut(start, count).fill(SphereMemory::REST);
@@ -262,10 +318,59 @@ fn stiffest_n_m_kg(scene: &Scene<'_>, organ: &Organ, scratch: &mut PerSphere<Sph
             *sum = sum.with_spare(sum.spare() + stiffness_n_m);
         });
     }
+    let is_tube = organ.is_tube();
+    for link in scene.elastic_links_of(organ).iter().filter(|_| is_tube) {
+        for sphere in [link.a, link.b] {
+            let sum = &mut scratch.at_mut(sphere).elastic;
+            *sum = sum.with_spare(sum.spare() + link.compliance_m_n.recip());
+        }
+    }
     let sums = scratch.range(start, count).iter();
     let free = sums.zip(scene.spheres_of(organ)).filter(|(_, it)| !it.held);
     free.map(|(sum, it)| sum.elastic.spare() / it.mass_kg)
         .fold(0.0, f32::max)
+}
+
+/// Keeps the prediction in `step_after_elastic_m`, and adds the impulses of the last substep to the
+/// steps.
+pub(crate) fn begin(
+    nodes: &mut PerSphere<Node>,
+    organ: &Organ,
+    kept_share: f32,
+    memory: &mut [SphereMemory],
+) {
+    let nodes = nodes.range_mut(organ.sphere_start, organ.sphere_count);
+    for (node, last) in nodes.iter_mut().zip(memory) {
+        let weight = kept_share * node.inverse_mass_per_kg();
+        last.step_after_elastic_m = node.step_m;
+        node.step_m = node.step_m + (last.elastic + last.outer).scaled(weight);
+    }
+}
+
+/// Subtracts the outer impulses from the steps, and stores the impulses of the elastic constraints
+/// in this substep.
+pub(crate) fn end(
+    nodes: &mut PerSphere<Node>,
+    organ: &Organ,
+    kept_share: f32,
+    memory: &mut [SphereMemory],
+) {
+    let nodes = nodes.range_mut(organ.sphere_start, organ.sphere_count);
+    for (node, last) in nodes.iter_mut().zip(memory) {
+        let weight = node.inverse_mass_per_kg();
+        node.step_m = node.step_m - last.outer.scaled(kept_share * weight);
+        last.elastic = impulse(node.step_m - last.step_after_elastic_m, weight);
+        last.step_after_elastic_m = node.step_m;
+    }
+}
+
+/// Positional impulse, m kg, that moves a sphere of this inverse mass by `step_m`.
+pub(crate) fn impulse(step_m: Lanes, weight_per_kg: f32) -> Lanes {
+    if weight_per_kg > 0.0 {
+        step_m.scaled(weight_per_kg.recip())
+    } else {
+        Lanes::ZERO
+    }
 }
 
 fn range<T>(all: &mut [T], start: u32, count: u32) -> &mut [T] {

@@ -205,7 +205,7 @@ mod tests {
             let row = row(&scene, "triangle", 0, work, 1).expect("a run");
             let row = row.expect("a place");
             assert!(row.stays(), "{}", words(&row));
-            assert!(row.found.moved_m.value < 0.005, "{}", words(&row));
+            assert!(row.found.moved_m.value < 0.007, "{}", words(&row));
         }
     }
 }

@@ -9,11 +9,9 @@ mod wide;
 use kernel::Moduli;
 
 use crate::scene::{Material, Organ, Scene};
-use crate::tissue::lanes::Lanes;
 use crate::tissue::links;
-use crate::tissue::per_sphere::PerSphere;
-use crate::tissue::warm_start::{Limits, SphereMemory};
-use crate::tissue::{Bodies, Node, Solver};
+use crate::tissue::warm_start::{self, Limits};
+use crate::tissue::{Bodies, Solver};
 
 /// Largest Poisson's ratio that is used. Linear tetrahedra lock at a larger ratio: at 0.49 they sag
 /// a fifth too little. The shape of a hanging liver of ratio 0.49 differs from finite elements by
@@ -34,18 +32,18 @@ impl Solver for NeoHookean {
     fn project(&mut self, scene: &Scene<'_>, organ: &Organ, step_s: f32, bodies: &mut Bodies) {
         let Bodies {
             nodes,
-            warm_start,
+            warm_start: memory_of,
             organ: organs,
             ..
         } = bodies;
-        let limits = warm_start.limits(*organs.at(organ.sphere_start));
-        let memory = warm_start.of(organ);
+        let limits = memory_of.limits(*organs.at(organ.sphere_start));
+        let memory = memory_of.of(organ);
         let batches = scene.batches_of(organ);
         if let (false, Some(moduli)) = (batches.is_empty(), moduli(&organ.material, step_s, limits))
         {
-            begin(nodes, organ, limits.kept_share, memory.spheres);
+            warm_start::begin(nodes, organ, limits.kept_share, memory.spheres);
             kernel::project(nodes, batches, memory.batches, &moduli);
-            end(nodes, organ, limits.kept_share, memory.spheres);
+            warm_start::end(nodes, organ, limits.kept_share, memory.spheres);
         }
     }
 
@@ -59,41 +57,9 @@ impl Solver for NeoHookean {
     }
 }
 
-/// Keeps the prediction in `step_after_tetrahedra_m`, and adds the impulses of the last substep to
-/// the steps.
-fn begin(nodes: &mut PerSphere<Node>, organ: &Organ, kept_share: f32, memory: &mut [SphereMemory]) {
-    let nodes = nodes.range_mut(organ.sphere_start, organ.sphere_count);
-    for (node, last) in nodes.iter_mut().zip(memory) {
-        let weight = kept_share * node.inverse_mass_per_kg();
-        last.step_after_tetrahedra_m = node.step_m;
-        node.step_m = node.step_m + (last.elastic + last.outer).scaled(weight);
-    }
-}
-
-/// Subtracts the outer impulses from the steps, and stores the tetrahedra's impulses of this
-/// substep.
-fn end(nodes: &mut PerSphere<Node>, organ: &Organ, kept_share: f32, memory: &mut [SphereMemory]) {
-    let nodes = nodes.range_mut(organ.sphere_start, organ.sphere_count);
-    for (node, last) in nodes.iter_mut().zip(memory) {
-        let weight = node.inverse_mass_per_kg();
-        node.step_m = node.step_m - last.outer.scaled(kept_share * weight);
-        last.elastic = impulse(node.step_m - last.step_after_tetrahedra_m, weight);
-        last.step_after_tetrahedra_m = node.step_m;
-    }
-}
-
-/// Positional impulse, m kg, that moves a sphere of this inverse mass by `step_m`.
-pub(crate) fn impulse(step_m: Lanes, weight_per_kg: f32) -> Lanes {
-    if weight_per_kg > 0.0 {
-        step_m.scaled(weight_per_kg.recip())
-    } else {
-        Lanes::ZERO
-    }
-}
-
 /// Weight of the strain rate relative to the strain: retardation time divided by dt, at most
 /// `Limits::rate_max`.
-fn rate(material: &Material, step_s: f32, limits: Limits) -> f32 {
+pub(crate) fn rate(material: &Material, step_s: f32, limits: Limits) -> f32 {
     (material.retardation_s / step_s).min(limits.rate_max)
 }
 
