@@ -73,6 +73,8 @@ words! {
         Scissors = 2, "scissors";
         /// Jaws that place clips.
         ClipApplier = 3, "clip applier";
+        /// A tube that sucks and rinses.
+        Irrigator = 4, "irrigator";
     }
 }
 
@@ -85,7 +87,7 @@ words! {
         UpperJaw = 1, "upper jaw";
         /// The lower jaw.
         LowerJaw = 2, "lower jaw";
-        /// The uninsulated end of the hook.
+        /// The uninsulated end of the hook, or the end of the irrigator's tube.
         Tip = 3, "tip";
     }
 }
@@ -208,6 +210,8 @@ words! {
         /// An instructor's complication took a clip off the organ. A clip on two organs raises two
         /// events.
         Unclipped = 25, "unclipped";
+        /// Heat has destroyed tissue of an organ.
+        Seared = 26, "seared";
     }
 }
 

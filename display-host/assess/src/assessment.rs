@@ -320,6 +320,7 @@ impl Assessment {
             EventKind::Buried,
             EventKind::Opened,
             EventKind::Unclipped,
+            EventKind::Seared,
         ];
         if shown.iter().any(|kind| event.is(*kind)) && self.moments.len() < KEPT_MAX {
             let organ = self.anatomy.organ(event.organ);

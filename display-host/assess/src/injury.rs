@@ -7,7 +7,8 @@
 //! A burn without a hole is judged by its energy, the heat that the organ has taken anywhere, and
 //! by its depth, from the heat at one place. A place is a disc of 1.5 mm radius, as for the
 //! controller's holes (`rt_core::procedure`), and its whole heat coagulates the wall from outside:
-//! 0.7 J go 1 mm deep.
+//! 0.7 J go 1 mm deep. Heat from beside counts as soon as it has destroyed tissue of the wall
+//! (event `Seared`).
 
 use core::fmt;
 
@@ -173,19 +174,38 @@ impl Injuries {
         let sum_j = *sum_j;
         let depth_mm = self.deepen(index, heat_j, at_m) / DEEP_J_MM;
         if sum_j >= rule.burn_j || depth_mm >= rule.burn_mm {
-            let injury = Injury {
-                at_s,
-                kind: InjuryKind::Burnt,
-                cause: Cause::Burnt,
-                severity: rule.open.min(Severity::Serious),
-                organ: organ.to_owned(),
-                ends_task: false,
-                heat_j: Some(sum_j),
-                depth_mm: Some(depth_mm),
-                source: rule.source.clone(),
-            };
-            self.note(index, injury);
+            self.burn(at_s, (index, organ), rule, Some([sum_j, depth_mm]));
         }
+    }
+
+    /// Notes a burn of the organ with this index and name, because heat from beside has destroyed
+    /// some of it. Organs without a limit of heat may be burnt.
+    pub(crate) fn sear(&mut self, at_s: f64, organ: (u32, &str), rule: &InjuryRule) {
+        if rule.burn_j.is_finite() {
+            self.burn(at_s, organ, rule, None);
+        }
+    }
+
+    /// Notes a burn, with heat, J, and depth, mm, if they are known.
+    fn burn(
+        &mut self,
+        at_s: f64,
+        (index, organ): (u32, &str),
+        rule: &InjuryRule,
+        heat: Option<[f64; 2]>,
+    ) {
+        let injury = Injury {
+            at_s,
+            kind: InjuryKind::Burnt,
+            cause: Cause::Burnt,
+            severity: rule.open.min(Severity::Serious),
+            organ: organ.to_owned(),
+            ends_task: false,
+            heat_j: heat.map(|[heat_j, _]| heat_j),
+            depth_mm: heat.map(|[_, depth_mm]| depth_mm),
+            source: rule.source.clone(),
+        };
+        self.note(index, injury);
     }
 
     /// Adds heat to the burnt place of an organ that lies within its radius, or begins a new place.

@@ -247,6 +247,13 @@ impl Procedure {
                     say(AlarmKind::Burnt);
                 }
             }
+            // Heat from beside has destroyed a wall that the tip need not have touched.
+            Ok(Event::Seared { .. }) if rules.must_not_burn(kind) && !is_opened => {
+                if self.is_new(AlarmKind::Burnt, event.organ, at_s, rules) {
+                    self.burns_wrong += 1;
+                    say(AlarmKind::Burnt);
+                }
+            }
             Ok(Event::Clip { number }) => match vessel {
                 Some(which) => {
                     if self.task == Task::Full && !self.had_view && !is_opened {
@@ -358,6 +365,7 @@ impl Procedure {
                 let heat = (f64::from(energy_j).max(0.0), wide(event.at_m));
                 self.injuries.heat(at_s, heat, organ, rule);
             }
+            Ok(Event::Seared { .. }) => self.injuries.sear(at_s, organ, rule),
             _ => {}
         }
     }

@@ -129,6 +129,7 @@ enum InstrumentText {
     Hook,
     Scissors,
     ClipApplier,
+    Irrigator,
 }
 
 /// Next instruction for a beginner.
@@ -183,6 +184,12 @@ impl fmt::Display for Hint {
             }
             Advice::Use(Instrument::Scissors) => {
                 write!(to, "{step}: see both clips before you close the blades.")
+            }
+            Advice::Use(Instrument::Irrigator) => {
+                write!(
+                    to,
+                    "{step}: hold the tip into the fluid; coagulation pedal: suction, cutting pedal: irrigation."
+                )
             }
             Advice::Hold => write!(to, "{step}: keep it in the middle of the picture."),
         }

@@ -1,8 +1,10 @@
 //! Draws how an organ bleeds or leaks bile: pictures of a compiled scene at several times, with the
 //! volumes and the processor's time: `cargo run -p display-host --example bleed -- [SCENE.calot]
 //! [--organ NAME] [--every S] [--pictures N] [--stops S] [--near 0..1] [--place 0..1]
-//! [--from X,Y,Z] [--size WxH] [--out FOLDER]`.
+//! [--from X,Y,Z] [--size WxH] [--rinse S] [--suck S] [--heat 0..255] [--out FOLDER]`.
 //! The leak is at a visible place of the organ, `--place` along it, and stops after `--stops` s.
+//! The irrigator rinses from `--rinse` s on and sucks from `--suck` s on. `--heat` denatures the
+//! tissue around the place to this share.
 
 #[path = "../tests/support/mod.rs"]
 mod support;
@@ -13,17 +15,22 @@ use display_host::effects::{Effect, Flow, Kind};
 use display_host::render::gpu::Gpu;
 use display_host::render::{Quality, Renderer};
 use glam::Vec3;
+use shared_mem::message::ToolFrame;
 use shared_mem::scene::{OrganKind, OrganRecord, SceneFile, str_from_name};
+use shared_mem::words::{CapsuleRole, Instrument, Switches};
 
 type Error = Box<dyn std::error::Error>;
 
 /// Time from one picture to the next, as at 30 pictures a second, s.
 const FRAME_S: f32 = 1.0 / 30.0;
+/// Distance from the place at which `--heat` has fallen to a third, m.
+const HEATED_M: f32 = 0.012;
 
 fn main() -> Result<(), Error> {
     let (mut scene, mut organ, mut out) = (None, "gallbladder".to_owned(), PathBuf::from("."));
     let (mut every_s, mut pictures, mut stops_s, mut near) = (2.0f32, 4u32, f32::INFINITY, 0.5f32);
     let (mut size, mut place, mut from) = ([640, 480], 0.5f32, None::<Vec3>);
+    let (mut rinse_s, mut suck_s, mut heat) = (f32::INFINITY, f32::INFINITY, 0u8);
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
         let mut value = || arguments.next().ok_or(format!("{argument} needs a value"));
@@ -40,6 +47,9 @@ fn main() -> Result<(), Error> {
                     numbers?.get(..3).ok_or("--from is X,Y,Z")?,
                 ));
             }
+            "--rinse" => rinse_s = value()?.parse()?,
+            "--suck" => suck_s = value()?.parse()?,
+            "--heat" => heat = value()?.parse()?,
             "--out" => out = value()?.into(),
             "--size" => {
                 let text = value()?;
@@ -62,7 +72,12 @@ fn main() -> Result<(), Error> {
     };
     let mut renderer = Renderer::new(&gpu, &scene, quality)?;
     renderer.exposure_mut().grain = 0.0;
-    let state = support::state(&scene, 0.0);
+    let mut state = support::state(&scene, 0.0);
+    for sphere in &mut state.spheres {
+        let off = Vec3::from(sphere.center_m).distance(at_m) / HEATED_M;
+        let denatured = f32::from(heat) * (-off * off).exp();
+        *sphere = sphere.with_heat([0, denatured as u8, 0]);
+    }
     let spheres = state.spheres().ok_or("state is malformed")?;
     let mut tools = support::tools(&scene, 0.0, 0.5);
     tools.world_from_instrument.position_m = [0.0, 0.0, 5.0];
@@ -107,27 +122,62 @@ fn main() -> Result<(), Error> {
                 begin.push(leak);
                 is_open = false;
             }
+            if now_s >= rinse_s.min(suck_s) {
+                let sucks = now_s >= suck_s;
+                hold_irrigator(&mut tools, &scene, at_m, along, [now_s >= rinse_s, sucks]);
+                begin.extend(Effect::of_irrigator(&tools, FRAME_S));
+            }
             renderer.play(spheres, &begin, FRAME_S);
             begin.clear();
             now_s += FRAME_S;
             steps += 1;
         }
         let each_ms = (thread_s() - began_s) * 1e3 / f64::from(steps.max(1));
-        let fluids = renderer.effects().fluids();
-        let volumes = fluids.balance();
-        println!(
-            "{now_s:.1} s: {:?} parcels and drops, {each_ms:.2} ms of the processor a picture; {volumes:.3?}",
-            fluids.counts()
-        );
-        for _ in 0..4 {
+        // Only the first of the pictures uploads the films.
+        let mut render_ms = [0.0f64; 4];
+        for cost_ms in &mut render_ms {
+            let began_s = thread_s();
             renderer.render(&gpu, spheres, &tools, 0.0);
+            *cost_ms = (thread_s() - began_s) * 1e3;
             gpu.wait("drawing")?;
         }
+        let fluids = renderer.effects().fluids();
+        let volumes = fluids.balance();
+        let upload_ms = render_ms[0] - render_ms[1..].iter().sum::<f64>() / 3.0;
+        println!(
+            "{now_s:.1} s: {:?} parcels and drops, {each_ms:.2} ms of the processor a picture, \
+             {upload_ms:.2} ms for the upload of the films; {volumes:.3?}",
+            fluids.counts()
+        );
         renderer
             .read(&gpu)?
             .save(out.join(format!("{}-{number}.png", organ.replace(' ', "-"))))?;
     }
     Ok(())
+}
+
+/// Puts the irrigator to work at a place: near it to suck, and farther away to rinse alone.
+fn hold_irrigator(
+    tools: &mut ToolFrame,
+    scene: &SceneFile,
+    at_m: Vec3,
+    along: Vec3,
+    [rinses, sucks]: [bool; 2],
+) {
+    let tip_m = at_m + along.normalize_or(Vec3::Y) * if sucks { 0.003 } else { 0.012 };
+    let back = (Vec3::from(scene.room().instrument_port_m) - tip_m).normalize_or(Vec3::Y);
+    let joint_m = tip_m + back * 0.012;
+    tools.instrument = Instrument::Irrigator.number();
+    tools.world_from_instrument.position_m = joint_m.to_array();
+    tools.world_from_instrument.orientation =
+        glam::Quat::from_rotation_arc(Vec3::Z, back).to_array();
+    tools.capsule_count = 1;
+    let capsule = &mut tools.capsules[0];
+    capsule.a_m = joint_m.to_array();
+    capsule.b_m = (tip_m + back * 0.0025).to_array();
+    (capsule.radius_m, capsule.role) = (0.0025, CapsuleRole::Tip.number());
+    let switches = Switches::CUT.when(rinses) | Switches::COAGULATE.when(sucks);
+    tools.switches = switches.bits();
 }
 
 /// Time that the processor gave to this thread, s.

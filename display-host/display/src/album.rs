@@ -64,7 +64,7 @@ impl Album {
         let mut begin: Vec<Effect> = of_events.collect();
         // In a pause, the electrode burns nothing, whatever the pedals say.
         if !tools.switches().contains(Switches::PAUSED) {
-            begin.extend(self.causes.electrode(state, tools, seconds));
+            begin.extend(self.causes.work(state, tools, seconds));
         }
         if !begin.is_empty() {
             self.renderer.follow(spheres);

@@ -13,6 +13,7 @@ use shared_mem::words::{CapsuleRole, EventKind};
 
 use crate::DisplayError;
 use crate::effects::EffectCollector;
+use crate::effects::fluid::Balance;
 use crate::feed::{Feed, FeedCounters, Offer, hex};
 use crate::kept::Watch;
 use crate::latency::FrameRecord;
@@ -119,6 +120,8 @@ pub struct RunOutcome {
     pub pictures_per_second: Option<f64>,
     /// When the screen got the window's pictures.
     pub presentation: Presentation,
+    /// Blood, bile and water since the last reset. `None` if no picture was drawn.
+    pub fluids: Option<Balance>,
     /// Counters of received, refused and lost messages.
     pub counters: FeedCounters,
     /// Reason for the end of the run.
@@ -137,6 +140,7 @@ impl RunOutcome {
             frames: Vec::new(),
             pictures_per_second: None,
             presentation: Presentation::default(),
+            fluids: None,
             counters: FeedCounters::default(),
             ended: Ended::DisplayLost,
             warnings: vec![reason],
@@ -344,14 +348,12 @@ impl Run<'_> {
             std::thread::sleep(POLL);
         }
         self.receive(observer);
-        let (adapter, software_adapter, frames) = match self.painter {
-            Some(painter) => painter.end(),
-            None => (None, false, Vec::new()),
-        };
+        let painted = self.painter.map(Painter::end).unwrap_or_default();
         Ok(RunOutcome {
-            adapter,
-            software_adapter,
-            frames,
+            adapter: painted.adapter,
+            software_adapter: painted.software,
+            frames: painted.frames,
+            fluids: painted.fluids,
             pictures_per_second: None,
             presentation: Presentation::default(),
             counters: self.feed.counters(),

@@ -11,6 +11,7 @@ use shared_mem::scene::SceneFile;
 
 use crate::DisplayError;
 use crate::effects::Stretch;
+use crate::effects::fluid::Balance;
 use crate::latency::{FrameRecord, now_ns};
 use crate::render::gpu::Gpu;
 use crate::render::{Quality, Renderer};
@@ -44,8 +45,20 @@ impl Still {
 
 enum Answer {
     Ready { adapter: String, software: bool },
-    Painted(FrameRecord),
+    Painted(FrameRecord, Balance),
     Failed(DisplayError),
+}
+
+/// Results of the drawing thread.
+#[derive(Debug, Default)]
+pub(crate) struct Painted {
+    /// Graphics adapter and driver, if the device was opened.
+    pub(crate) adapter: Option<String>,
+    /// True if the adapter is a CPU.
+    pub(crate) software: bool,
+    pub(crate) frames: Vec<FrameRecord>,
+    /// Blood, bile and water at the last picture.
+    pub(crate) fluids: Option<Balance>,
 }
 
 /// The owner's handle of the drawing thread.
@@ -54,10 +67,8 @@ pub(crate) struct Painter {
     answers: Receiver<Answer>,
     thread: Option<JoinHandle<()>>,
     drop_waiting: Arc<AtomicBool>,
-    adapter: Option<String>,
-    software: bool,
+    painted: Painted,
     left: usize,
-    frames: Vec<FrameRecord>,
 }
 
 impl Painter {
@@ -91,22 +102,20 @@ impl Painter {
             answers,
             thread: Some(thread),
             drop_waiting,
-            adapter: None,
-            software: false,
+            painted: Painted::default(),
             left: 0,
-            frames: Vec::new(),
         })
     }
 
     /// True if the thread is ready and has nothing to draw, so that it draws the next still at
     /// once.
     pub(crate) fn is_free(&self) -> bool {
-        self.adapter.is_some() && self.left == 0
+        self.painted.adapter.is_some() && self.left == 0
     }
 
     /// True if ready to draw.
     pub(crate) fn is_ready(&self) -> bool {
-        self.adapter.is_some()
+        self.painted.adapter.is_some()
     }
 
     /// Number of stills not drawn yet.
@@ -135,12 +144,13 @@ impl Painter {
         loop {
             match self.answers.try_recv() {
                 Ok(Answer::Ready { adapter, software }) => {
-                    self.adapter = Some(adapter);
-                    self.software = software;
+                    self.painted.adapter = Some(adapter);
+                    self.painted.software = software;
                 }
-                Ok(Answer::Painted(frame)) => {
+                Ok(Answer::Painted(frame, fluids)) => {
                     self.left = self.left.saturating_sub(1);
-                    self.frames.push(frame);
+                    self.painted.frames.push(frame);
+                    self.painted.fluids = Some(fluids);
                 }
                 Ok(Answer::Failed(error)) => return Some(error),
                 Err(TryRecvError::Empty) => return None,
@@ -152,19 +162,14 @@ impl Painter {
         }
     }
 
-    /// Waits for the thread to draw what was ordered and to end. Returns the adapter, true if it is
-    /// software, and the pictures.
-    pub(crate) fn end(mut self) -> (Option<String>, bool, Vec<FrameRecord>) {
+    /// Waits for the thread to draw what was ordered and to end. Returns its results.
+    pub(crate) fn end(mut self) -> Painted {
         self.orders = None;
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
         let _ = self.collect();
-        (
-            self.adapter.take(),
-            self.software,
-            std::mem::take(&mut self.frames),
-        )
+        std::mem::take(&mut self.painted)
     }
 }
 
@@ -231,6 +236,7 @@ fn paint_all(
             effects.skin_changed(); // it may have changed for this picture
             *renderer.effects_mut() = effects;
         }
+        let fluids = renderer.effects().fluids().balance();
         crate::kept::write(&picture, &still.path)?;
         let frame = FrameRecord {
             tick: still.state.tick,
@@ -241,7 +247,7 @@ fn paint_all(
             live: still.live,
             path: Some(still.path),
         };
-        if answers.send(Answer::Painted(frame)).is_err() {
+        if answers.send(Answer::Painted(frame, fluids)).is_err() {
             return Ok(());
         }
     }

@@ -54,7 +54,7 @@ pub struct Movement {
     pub force_n: [f32; 3],
     /// Opening of the jaws: 0 closed, 1 open.
     pub jaw: f32,
-    /// Instrument: 0 grasper, 1 cautery hook, 2 scissors, 3 clip applier.
+    /// Instrument: 0 grasper, 1 cautery hook, 2 scissors, 3 clip applier, 4 irrigator.
     pub instrument: u8,
     /// Bits: 1 cut, 2 coagulate, 4 camera lock, 8 paused, 16 force enabled.
     pub switches: u8,

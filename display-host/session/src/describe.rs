@@ -76,7 +76,7 @@ pub(crate) const INPUTS: Topic = packed(
              no far organs, 4096 leapt, 8192 device failed, 16384 opening, 1 << 29 organs, 1 << 30 command, 1 << 31 long times), u32 ns since the tick before, u32 hash \
              of the tools, u32 hash of spheres, [16 u8 of each organ's hash, else as in the tick before, first 0], [u8 command: \
              kind + 16 argument: 1 pause (1 on), 2 reset, 3 enable force (1 on), 4 instrument (0 \
-             grasper, 1 hook, 2 scissors, 3 clip applier), 6 task (0 hang, 1 identify, 2 clamp, 3 \
+             grasper, 1 hook, 2 scissors, 3 clip applier, 4 irrigator), 6 task (0 hang, 1 identify, 2 clamp, 3 \
              cut, 4 disconnect), 9 complication (0 bleeding, 1 slipped clip)], [device: u32 age ns, \
              3 f32 m, 4 f32 x y z w, [3 f32 m/s], u16 number, u8 buttons, [f32 opening]], [tracker: u32 age ns, 3 f32 \
              m, 4 f32 x y z w], [pedal: u32 age ns]; times are u64 with long times. Little-endian.",
@@ -87,7 +87,7 @@ pub(crate) const COURSE: Topic = packed(
     "calot.Course.v1",
     "u8 kind, u64 tick, u64 host time ns. Kind 1, where the hands are: handle, instrument, camera \
              (each 3 f32 m, 4 f32 quaternion x y z w, world frame), 3 f32 tip m, 3 f32 force on the hand \
-             N, f32 jaw (0 closed), u8 instrument (0 grasper, 1 hook, 2 scissors, 3 clip applier), u8 \
+             N, f32 jaw (0 closed), u8 instrument (0 grasper, 1 hook, 2 scissors, 3 clip applier, 4 irrigator), u8 \
              switches (1 cut, 2 coagulate, 4 camera lock, 8 paused, 16 force enabled), u8 devices live \
              (1 haptic, 2 tracker, 4 pedal), u16 contacts. Kind 2, an event: u64 sequence, u32 kind, u32 \
              organ, 3 f32 place m, f32 value. Kind 3: f32 greatest force of the haptic device, N. Kind \

@@ -128,6 +128,7 @@ pub(crate) fn line(event: &proto::Event, kind: Option<EventKind>, wall_ns: u64) 
             | EventKind::Shake
             | EventKind::Opened
             | EventKind::Unclipped
+            | EventKind::Seared
             | EventKind::Buried,
         ) => log::Level::Warning,
         _ => log::Level::Info,

@@ -2,6 +2,7 @@
 
 use crate::organs::between::Between;
 use crate::organs::pairs::Pairs;
+use crate::procedure::heat::Heat;
 use crate::procedure::vessel::Vessels;
 use crate::tissue::Bodies;
 
@@ -13,6 +14,7 @@ pub struct State {
     pub(crate) pairs: Pairs,
     pub(crate) between: Between,
     pub(crate) vessels: Vessels,
+    pub(crate) heat: Heat,
 }
 
 impl State {
@@ -24,6 +26,7 @@ impl State {
             pairs: Pairs::new(),
             between: Between::new(),
             vessels: Vessels::new(),
+            heat: Heat::new(),
         }
     }
 }

@@ -126,6 +126,10 @@ pub enum EventKind {
     /// An instructor's complication takes a clip off the event's organ, at this place; value: the
     /// clip's number. A clip on two organs raises two events.
     Unclipped,
+    /// Heat has destroyed tissue of an organ, at the hottest place of the organ; value: destroyed
+    /// volume since the last reset, m³. It has an Arrhenius sum of at least 1. Raised again when
+    /// the volume has grown, at most twice a second.
+    Seared,
 }
 
 /// An event of one tick. [`crate::sim::TickView`] has the tick's number and time.

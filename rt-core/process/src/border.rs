@@ -36,6 +36,7 @@ const _: () = {
     assert!(words::Instrument::Hook as u8 == Instrument::Hook as u8);
     assert!(words::Instrument::Scissors as u8 == Instrument::Scissors as u8);
     assert!(words::Instrument::ClipApplier as u8 == Instrument::ClipApplier as u8);
+    assert!(words::Instrument::Irrigator as u8 == Instrument::Irrigator as u8);
     assert!(words::CapsuleRole::Shaft as u8 == Role::Shaft as u8);
     assert!(words::CapsuleRole::UpperJaw as u8 == Role::UpperJaw as u8);
     assert!(words::CapsuleRole::LowerJaw as u8 == Role::LowerJaw as u8);

@@ -74,7 +74,12 @@ pub(crate) fn fill_state(
     for (to, from) in frame.spheres.iter_mut().zip(view.spheres()) {
         *to = SphereState {
             center_m: from.center_m.into(),
-            bits: from.bits.0.into(),
+            bits: u32::from_le_bytes([
+                from.bits.0,
+                from.heat.rise_k,
+                from.heat.denatured,
+                from.heat.dried,
+            ]),
         };
         count += 1;
     }
@@ -172,6 +177,7 @@ fn kind(kind: EventKind) -> Told {
         EventKind::Press => Told::Press,
         EventKind::Opened => Told::Opened,
         EventKind::Unclipped => Told::Unclipped,
+        EventKind::Seared => Told::Seared,
     }
 }
 

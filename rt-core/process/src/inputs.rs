@@ -148,6 +148,7 @@ pub(crate) fn instrument(number: u32) -> Option<Instrument> {
         words::Instrument::Hook => Instrument::Hook,
         words::Instrument::Scissors => Instrument::Scissors,
         words::Instrument::ClipApplier => Instrument::ClipApplier,
+        words::Instrument::Irrigator => Instrument::Irrigator,
     })
 }
 

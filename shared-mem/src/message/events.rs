@@ -148,6 +148,11 @@ pub enum Event {
         /// The clip's number, from 0.
         number: u32,
     },
+    /// Heat has destroyed tissue of an organ.
+    Seared {
+        /// Destroyed volume since the last reset, m³.
+        volume_m3: f32,
+    },
 }
 
 /// An event that cannot be decoded.
@@ -212,6 +217,7 @@ impl EventMsg {
             EventKind::Press => Event::Press { force_n: value },
             EventKind::Opened => Event::Opened { area_m2: value },
             EventKind::Unclipped => Event::Unclipped { number: number()? },
+            EventKind::Seared => Event::Seared { volume_m3: value },
         })
     }
 

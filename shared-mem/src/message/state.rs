@@ -11,7 +11,8 @@ use crate::limits::{MAX_CELLS, MAX_CLIPPED, MAX_SPHERES, MAX_SUTURES, MAX_TUBE_L
 pub struct SphereState {
     /// Centre, world frame, m.
     pub center_m: [f32; 3],
-    /// Bits of the `SphereState` constants.
+    /// Bits of the `SphereState` constants in the lowest byte. The other bytes tell the heat:
+    /// [`Self::rise_k`], [`Self::denatured`], [`Self::dried`].
     pub bits: u32,
 }
 
@@ -24,6 +25,35 @@ impl SphereState {
     pub const GRASPED: u32 = 4;
     /// All cells of layered tissue that belong to the sphere are removed.
     pub const GONE: u32 = 8;
+
+    /// Temperature above the body's, K; 255 stands for more, too.
+    #[must_use]
+    pub const fn rise_k(&self) -> u8 {
+        self.bits.to_le_bytes()[1]
+    }
+
+    /// Share of proteins that heat has denatured, 0 to 255.
+    #[must_use]
+    pub const fn denatured(&self) -> u8 {
+        self.bits.to_le_bytes()[2]
+    }
+
+    /// Share of its water that the tissue has lost, 0 to 255.
+    #[must_use]
+    pub const fn dried(&self) -> u8 {
+        self.bits.to_le_bytes()[3]
+    }
+
+    /// With this heat: temperature above the body's, K, and shares of denatured proteins and of
+    /// lost water, 0 to 255.
+    #[must_use]
+    pub const fn with_heat(self, [rise_k, denatured, dried]: [u8; 3]) -> Self {
+        let flags = self.bits.to_le_bytes()[0];
+        Self {
+            bits: u32::from_le_bytes([flags, rise_k, denatured, dried]),
+            ..self
+        }
+    }
 }
 
 /// A clip on a vessel or duct, between two of its spheres.
@@ -89,7 +119,7 @@ impl SutureMsg {
 /// Service `state`: the state of all tissue. A reader gets only the newest frame.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
-#[type_name("calot.StateFrame.v5")]
+#[type_name("calot.StateFrame.v6")]
 pub struct StateFrame {
     /// Tick that wrote the frame.
     pub tick: u64,

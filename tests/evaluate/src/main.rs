@@ -10,11 +10,12 @@
 //! surface     scene × hand × organ → faults of the drawn skin under tools
 //! rest        value of a recipe → speed of tissue that should rest
 //! stay        organ × work → where everything lies two seconds later
+//! heat        structure × current × time → how far heat spreads
 //! solve-force solves the missing references of force
 //! calculix    two references of force, by CalculiX → comparison of the forces
 //! measured    published measurement → Calot's result under the same condition
 //! hands       recorded hands of surgeons and novices → the metrics that separate them
-//! all         the first nine, as CSV, SVG and one offline page
+//! all         the first ten, as CSV, SVG and one offline page
 //! tables      the CSV files in tests/results → the tables of its README.md
 //! ```
 
@@ -27,6 +28,7 @@ mod focus;
 mod force;
 mod hands;
 mod haptics;
+mod heat;
 mod measured;
 mod methods;
 mod organ;
@@ -115,6 +117,9 @@ enum Command {
     /// Presses, pulls and sweeps every organ with a tool. Finds tissue that left its place, lies in
     /// another organ or still moves 2 s later.
     Stay(Asked),
+    /// Holds the hook's current on a mesentery and a duct. Measures how far heat spreads, beside a
+    /// published figure.
+    Heat(Asked),
     /// Measures recorded hands of surgeons and novices with the metrics of sessions. Finds which
     /// metrics separate the two groups, at which rates and with which noise.
     ///
@@ -147,12 +152,13 @@ enum Chart {
     Surface,
     Rest,
     Stay,
+    Heat,
     Reference,
 }
 
 impl Chart {
     /// All charts in the order of the page.
-    const ALL: [Self; 9] = [
+    const ALL: [Self; 10] = [
         Self::Accuracy,
         Self::Stability,
         Self::Force,
@@ -161,6 +167,7 @@ impl Chart {
         Self::Surface,
         Self::Rest,
         Self::Stay,
+        Self::Heat,
         Self::Reference,
     ];
 
@@ -175,6 +182,7 @@ impl Chart {
             Self::Surface => measure_surface(asked),
             Self::Rest => measure_rest(asked),
             Self::Stay => measure_stay(asked),
+            Self::Heat => measure_heat(asked),
             Self::Reference => measure_reference(asked),
         }
     }
@@ -224,6 +232,7 @@ fn perform(command: Command) -> Result<(), String> {
         Command::Surface(asked) => run(&asked, &[Chart::Surface]),
         Command::Rest(asked) => run(&asked, &[Chart::Rest]),
         Command::Stay(asked) => run(&asked, &[Chart::Stay]),
+        Command::Heat(asked) => run(&asked, &[Chart::Heat]),
         Command::Hands(asked) => measure_hands(&asked),
         Command::Measured(asked) => compare_with_measured(&asked),
         Command::All(asked) => run(&asked, &Chart::ALL),
@@ -243,7 +252,8 @@ impl Command {
         | Self::Haptics(asked)
         | Self::Surface(asked)
         | Self::Rest(asked)
-        | Self::Stay(asked)) = self
+        | Self::Stay(asked)
+        | Self::Heat(asked)) = self
         else {
             return Ok(());
         };
@@ -401,6 +411,14 @@ fn measure_stay(asked: &Asked) -> Result<Vec<Section>, String> {
     let rows = stay::run(asked.quick, asked.only())?;
     write(&asked.out, "stay.csv", &stay::csv(&rows))?;
     Ok(vec![stay::section(&rows)])
+}
+
+fn measure_heat(asked: &Asked) -> Result<Vec<Section>, String> {
+    let rows = heat::run(asked.quick, asked.only())?;
+    write(&asked.out, "heat.csv", &heat::csv(&rows))?;
+    let svg = heat::chart(&rows)?;
+    write(&asked.out, "heat.svg", &svg)?;
+    Ok(vec![heat::section(&rows, &svg)])
 }
 
 fn measure_reference(asked: &Asked) -> Result<Vec<Section>, String> {

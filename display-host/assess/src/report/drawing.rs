@@ -58,7 +58,7 @@ pub(super) fn step(length: f64, count: f64) -> f64 {
 }
 
 /// Kinds of events that the time line shows, one lane each, from the top.
-pub const LANES: [&str; 14] = [
+pub const LANES: [&str; 15] = [
     "hung",
     "electro",
     "grasp",
@@ -73,6 +73,7 @@ pub const LANES: [&str; 14] = [
     "buried",
     "opened",
     "unclipped",
+    "seared",
 ];
 
 /// Time line of the events, with a lane for each kind.

@@ -80,6 +80,29 @@ pub struct Ticks {
     /// Pictures a second that the window showed, if there was one.
     #[serde(default)]
     pub pictures_per_second: Option<f64>,
+    /// Blood, bile and water by their place, if pictures were drawn.
+    #[serde(default)]
+    pub fluids: Option<Fluids>,
+}
+
+/// Blood, bile and water by their place.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Deserialize)]
+pub struct Fluids {
+    /// Blood.
+    pub blood: Whereabouts,
+    /// Bile.
+    pub bile: Whereabouts,
+    /// Water of the irrigator.
+    pub water: Whereabouts,
+}
+
+/// Volumes of one fluid, ml.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Deserialize)]
+pub struct Whereabouts {
+    /// Lies on tissue, or falls.
+    pub on_tissue_ml: f64,
+    /// In the suction's jar.
+    pub jar_ml: f64,
 }
 
 /// Quantiles of many durations, ns.

@@ -191,6 +191,7 @@ fn one(page: &mut Page<'_>, chapter: &Chapter) {
         page.add(format_args!("<p class=\"open\">{text}</p>"));
     }
     asides::slow(page, chapter);
+    asides::jar(page, chapter);
     verdict(page, chapter);
     lessons::write(page, chapter);
     acts::write(page, chapter);

@@ -45,6 +45,7 @@ fn chapter(name: &str) -> Chapter {
             late_ticks: 5,
             realtime: false,
             pictures_per_second: Some(3.25),
+            fluids: None,
         }),
         is_scripted: false,
         cut_short: None,
@@ -110,6 +111,27 @@ fn a_page_says_that_a_slow_computer_is_too_slow_to_train_with() {
     };
     assert!(shown(Some(3.25)));
     assert!(!shown(Some(10.5)) && !shown(None));
+}
+
+#[test]
+fn a_page_tells_the_volumes_in_the_suction_s_jar() {
+    let volumes = |jar_ml| Whereabouts {
+        on_tissue_ml: 0.5,
+        jar_ml,
+    };
+    let page = |jar_ml| {
+        let mut sucked = chapter("a");
+        if let Some(ticks) = &mut sucked.ticks {
+            ticks.fluids = Some(Fluids {
+                blood: volumes(jar_ml),
+                bile: volumes(0.0),
+                water: volumes(2.0 * jar_ml),
+            });
+        }
+        html(&[sucked], &Ids)
+    };
+    assert!(page(12.0).contains("page-jar blood=12 bile=0 water=24 left=1.5"));
+    assert!(!page(0.0).contains("page-jar"));
 }
 
 #[test]

@@ -155,6 +155,21 @@ fn a_crushed_bile_duct_costs_more_than_crushed_liver() {
     is(crushed(BILE_DUCT), 92.0);
 }
 
+#[test]
+fn a_bile_duct_that_heat_destroyed_from_beside_rules_out_a_pass() {
+    let seared = |organ| event(0.1, EventKind::Seared.number(), organ, 0.0, 3.0e-8);
+    let assessed = clamp_after(&seared(BILE_DUCT)).end();
+    assert_eq!(assessed.outcome, Outcome::Failed);
+    assert_eq!(assessed.reasons[0], injured("bile duct", InjuryKind::Burnt));
+    assert!(!assessed.injuries[0].ends_task);
+    let burnt = |it: &&Alarm| it.kind == AlarmKind::Burnt;
+    assert_eq!(assessed.alarms.iter().filter(burnt).count(), 1);
+    // The liver may be burnt.
+    let assessed = clamp_after(&seared(LIVER)).end();
+    assert_eq!(assessed.outcome, Outcome::Passed);
+    assert!(assessed.injuries.is_empty());
+}
+
 /// Bands of fat hold bile duct and liver. Their events name one of the two.
 #[test]
 fn a_torn_or_cut_band_is_no_injury() {

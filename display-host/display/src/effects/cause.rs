@@ -2,12 +2,23 @@
 
 use assess::Rules;
 use glam::Vec3;
-use shared_mem::message::{Event, EventMsg, ToolFrame};
+use shared_mem::message::{Event, EventMsg, SphereState, ToolFrame};
 use shared_mem::scene::OrganKind;
-use shared_mem::words::{CapsuleRole, Current, Instrument};
+use shared_mem::words::{CapsuleRole, Current, Instrument, Switches};
 
 /// A current acts on touched tissue within this distance of the electrode's tip, m.
 const TIP_M: f32 = 0.003;
+/// Temperature above the body's from which water boils, K. The controller keeps boiling tissue at
+/// 63.
+const BOILS_K: u8 = 62;
+/// Share of its water, of 255, after whose loss tissue steams no more.
+const DRY: u8 = 250;
+/// Largest number of places that steam at a time.
+const STEAMING: usize = 4;
+/// Duration of the steam of a boiling place, s.
+const STEAMS_S: f32 = 0.15;
+/// Water of the irrigator, ml/min. Assumed: a gentle jet; pressure bags give a litre and more.
+const RINSES_ML_MIN: f32 = 240.0;
 /// Duration of a leak, s: ten hours. A source of this duration or more counts as a leak. It
 /// continues until an event changes or closes it.
 pub(super) const LEAK_S: f32 = 36_000.0;
@@ -27,6 +38,10 @@ pub enum Kind {
     Bile,
     /// Charring of the surface.
     Char,
+    /// Jet of the irrigator's water.
+    Water,
+    /// Suction at the irrigator's tip.
+    Suction,
 }
 
 /// An effect to start. Lengths in m, world frame.
@@ -121,6 +136,59 @@ impl Effect {
             lasts_s,
             flow: Flow::of_organ(rules, organ?),
         })
+    }
+
+    /// Effects of the irrigator during `seconds`: the cutting pedal opens its water, the
+    /// coagulating pedal its suction. Both may be open.
+    #[must_use]
+    pub fn of_irrigator(tools: &ToolFrame, seconds: f32) -> Vec<Self> {
+        let tip = tools
+            .capsules()
+            .and_then(|c| c.iter().find(|c| c.is(CapsuleRole::Tip)));
+        let Some(tip) = tip.filter(|_| tools.has(Instrument::Irrigator)) else {
+            return Vec::new();
+        };
+        let (from_m, mouth_m) = (Vec3::from(tip.a_m), Vec3::from(tip.b_m));
+        let along = (mouth_m - from_m).normalize_or(Vec3::NEG_Y);
+        let effect = |kind, ml_min| Self {
+            kind,
+            at_m: mouth_m + along * tip.radius_m,
+            along,
+            strength: 1.0,
+            // A little longer, so that it does not stop while the pedal is down.
+            lasts_s: seconds + 0.05,
+            flow: Flow {
+                ml_min,
+                pulses: false,
+            },
+        };
+        let pedals = [
+            (Switches::CUT, effect(Kind::Water, RINSES_ML_MIN)),
+            (Switches::COAGULATE, effect(Kind::Suction, 0.0)),
+        ];
+        let open = pedals
+            .into_iter()
+            .filter(|it| tools.switches().contains(it.0));
+        open.map(|it| it.1).collect()
+    }
+
+    /// Steam of the tissue that boils, wherever heat has spread. `spheres` are those of the scene,
+    /// each with its radius, m. `up` points against gravity.
+    #[must_use]
+    pub fn of_heat<'a>(
+        spheres: impl Iterator<Item = (&'a SphereState, f32)>,
+        up: Vec3,
+    ) -> Vec<Self> {
+        let boils = spheres.filter(|(it, _)| it.rise_k() >= BOILS_K && it.dried() < DRY);
+        let steam = boils.map(|(it, radius_m)| Self {
+            kind: Kind::Steam,
+            at_m: Vec3::from(it.center_m) + up * radius_m,
+            along: up,
+            strength: 0.4,
+            lasts_s: STEAMS_S,
+            flow: Flow::default(),
+        });
+        steam.take(STEAMING).collect()
     }
 
     /// Effects of an electrode in contact with tissue during `seconds`. Cutting (switch 1) sparks,

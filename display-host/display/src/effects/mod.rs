@@ -1,5 +1,5 @@
-//! Effects in addition to the tissue's motion: smoke, steam, sparks, blood, bile, char. The input
-//! is a plain list of [`Effect`]s from any source; nothing returns to the controller.
+//! Effects in addition to the tissue's motion: smoke, steam, sparks, blood, bile, water, char. The
+//! input is a plain list of [`Effect`]s from any source; nothing returns to the controller.
 //!
 //! ```text
 //! events, tools ─► Effect ─► sources ─► particles (billboards)
@@ -133,11 +133,13 @@ impl Effects {
         }
         // A new effect of the same kind within 2 mm renews the source, as while a current goes on.
         // A leak renews none: the two ends of a cut tube are two sources.
+        // There is one irrigator: it has one jet and one mouth.
+        let is_irrigator = matches!(effect.kind, Kind::Water | Kind::Suction);
         let same = |s: &&mut Source| {
             s.effect.kind == effect.kind
                 && !s.effect.is_leak()
                 && !effect.is_leak()
-                && s.effect.at_m.distance(effect.at_m) < 0.002
+                && (is_irrigator || s.effect.at_m.distance(effect.at_m) < 0.002)
         };
         if let Some(source) = self.sources.iter_mut().find(same) {
             source.go_on(&effect);
@@ -185,7 +187,7 @@ impl Effects {
             ..
         } = self;
         for source in sources.iter_mut() {
-            if is_played || matches!(source.effect.kind, Kind::Blood | Kind::Bile) {
+            if is_played || source.is_fluid() {
                 source.step(STEP_S, skin, particles, fluids, thrown);
             }
         }

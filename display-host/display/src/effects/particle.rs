@@ -63,7 +63,7 @@ impl Particle {
                 self.velocity_m_s -= up * (GRAVITY_M_S2 * step_s);
                 self.velocity_m_s *= 1.0 - 3.0 * step_s;
             }
-            Kind::Blood | Kind::Bile | Kind::Char => {
+            Kind::Blood | Kind::Bile | Kind::Char | Kind::Water | Kind::Suction => {
                 self.velocity_m_s -= up * (GRAVITY_M_S2 * step_s);
             }
         }

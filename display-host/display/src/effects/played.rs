@@ -29,6 +29,8 @@ const EFFECTS_MAX: usize = 4096;
 pub(crate) struct Causes {
     organ_kinds: Vec<Option<OrganKind>>,
     radii_m: Vec<f32>,
+    /// Unit vector against gravity.
+    up: Vec3,
     /// Rules of the assessment. They give the flow of each kind of organ.
     rules: Rules,
 }
@@ -39,6 +41,7 @@ impl Causes {
         Self {
             organ_kinds: kinds.collect(),
             radii_m: scene.spheres().iter().map(|it| it.radius_m).collect(),
+            up: (-Vec3::from(scene.room().gravity_m_s2)).normalize_or(Vec3::Y),
             rules: Rules::default(),
         }
     }
@@ -49,18 +52,20 @@ impl Causes {
         Effect::of_event(event, kind.flatten(), &self.rules)
     }
 
-    /// Effects of the electrode during `seconds`.
-    pub(crate) fn electrode(
-        &self,
-        state: &StateFrame,
-        tools: &ToolFrame,
-        seconds: f32,
-    ) -> Vec<Effect> {
+    /// Effects of the instrument during `seconds`, and of boiling tissue.
+    pub(crate) fn work(&self, state: &StateFrame, tools: &ToolFrame, seconds: f32) -> Vec<Effect> {
         let touched = state.spheres().unwrap_or(&[]).iter().zip(&self.radii_m);
         let touched = touched
             .filter(|(sphere, _)| sphere.bits & SphereState::CONTACT != 0)
             .map(|(sphere, radius_m)| (Vec3::from(sphere.center_m), *radius_m));
-        Effect::of_electrode(tools, touched, seconds)
+        let mut effects = Effect::of_electrode(tools, touched, seconds);
+        effects.extend(Effect::of_irrigator(tools, seconds));
+        let spheres = state.spheres().unwrap_or(&[]).iter();
+        effects.extend(Effect::of_heat(
+            spheres.zip(self.radii_m.iter().copied()),
+            self.up,
+        ));
+        effects
     }
 }
 
@@ -124,7 +129,7 @@ impl EffectCollector {
     pub(crate) fn look(&mut self, state: &StateFrame, tools: &ToolFrame) {
         if state.tick.saturating_sub(self.looked) >= LOOK_TICKS {
             self.looked = state.tick;
-            for effect in self.causes.electrode(state, tools, LOOK_S) {
+            for effect in self.causes.work(state, tools, LOOK_S) {
                 self.begin(state.tick, effect);
             }
         }

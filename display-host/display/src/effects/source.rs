@@ -1,8 +1,8 @@
-//! Sources. They emit particles, and they pour blood and bile on the skin.
+//! Sources. They emit particles, pour blood and bile on the skin, and rinse and suck.
 
 use glam::Vec3;
 
-use super::fluid::{Fluids, Gush};
+use super::fluid::{Fluids, Gush, WATER_M3};
 use super::particle::Particle;
 use super::stain::Skin;
 use super::{Effect, Kind, chance, throw};
@@ -60,6 +60,12 @@ impl Source {
         self.age_s = 0.0;
     }
 
+    /// True for a source that changes volumes of fluid.
+    pub(super) fn is_fluid(&self) -> bool {
+        use Kind::{Bile, Blood, Suction, Water};
+        matches!(self.effect.kind, Blood | Bile | Water | Suction)
+    }
+
     pub(super) fn is_on(&self) -> bool {
         self.age_s < self.effect.lasts_s
     }
@@ -94,15 +100,17 @@ impl Source {
         thrown: &mut u32,
     ) {
         self.age_s += step_s;
-        if matches!(self.effect.kind, Kind::Blood | Kind::Bile) {
-            self.pour(step_s, skin, fluids, thrown);
-            return;
+        match self.effect.kind {
+            Kind::Blood | Kind::Bile => return self.pour(step_s, skin, fluids, thrown),
+            Kind::Water => return self.rinse(step_s, skin, fluids),
+            Kind::Suction => return fluids.suck(self.effect.at_m, step_s, skin),
+            Kind::Smoke | Kind::Steam | Kind::Sparks | Kind::Char => {}
         }
         let per_second = match self.effect.kind {
             Kind::Smoke => 48.0,
             Kind::Steam => 30.0,
             Kind::Sparks => 70.0,
-            Kind::Blood | Kind::Bile | Kind::Char => 0.0,
+            _ => 0.0,
         };
         self.due += per_second * self.effect.strength.min(2.0) * step_s;
         while self.due >= 1.0 {
@@ -164,6 +172,20 @@ impl Source {
         }
     }
 
+    /// Rinses with the water that flows in a step.
+    fn rinse(&mut self, step_s: f32, skin: &Skin<'_>, fluids: &mut Fluids) {
+        let ml_min = f64::from(self.effect.flow.ml_min).clamp(0.0, ML_MIN_MAX);
+        self.due_m3 += ml_min * 1e-6 / 60.0 * f64::from(step_s);
+        let jet = (
+            self.effect.at_m,
+            self.effect.along.normalize_or(Vec3::NEG_Y),
+        );
+        while self.due_m3 >= WATER_M3 {
+            self.due_m3 -= WATER_M3;
+            fluids.rinse(jet, WATER_M3, step_s, skin);
+        }
+    }
+
     fn particle(&self, count: u32) -> Particle {
         let any = chance(count);
         let own = chance(count.wrapping_add(7919)).x * 0.5 + 0.5;
@@ -172,7 +194,7 @@ impl Source {
             Kind::Smoke => (0.07, 0.5, 0.0026, 3.2 + 1.6 * own),
             Kind::Steam => (0.10, 0.6, 0.0018, 0.5 + 0.5 * own),
             Kind::Sparks => (0.5 + 0.6 * own, 1.2, 0.000_12, 0.06 + 0.14 * own),
-            Kind::Blood | Kind::Bile | Kind::Char => (0.03, 0.4, 0.000_9, 1.5),
+            _ => (0.03, 0.4, 0.000_9, 1.5),
         };
         Particle {
             kind: self.effect.kind,

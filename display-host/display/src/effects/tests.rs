@@ -1,9 +1,9 @@
 //! Effects alone, on skins of at most one vertex.
 
 use proptest::prelude::*;
-use shared_mem::message::{EventMsg, ToolFrame};
+use shared_mem::message::{EventMsg, SphereState, ToolFrame};
 use shared_mem::scene::OrganKind;
-use shared_mem::words::{CapsuleRole, EventKind};
+use shared_mem::words::{CapsuleRole, EventKind, Instrument, Switches};
 
 use super::*;
 use crate::skinning::SkinMesh;
@@ -128,7 +128,7 @@ fn a_cut_vessel_bleeds_in_pulses_until_coagulation_dries_it() {
     let mut before = 0.0;
     for _ in 0..60 {
         effects.advance(0.05, &skin);
-        let [blood, _] = effects.fluids().balance().emptied_ml;
+        let [blood, ..] = effects.fluids().balance().emptied_ml;
         thrown.push(blood - before);
         before = blood;
     }
@@ -390,4 +390,83 @@ proptest! {
         prop_assert!(effects.stains().len() <= STAINS);
         prop_assert!(effects.particles().iter().all(|p| p.at_m.is_finite()));
     }
+}
+
+/// Tools with the irrigator's tip at the origin, which points down.
+fn irrigator(switches: Switches) -> ToolFrame {
+    let mut tools: ToolFrame = bytemuck::Zeroable::zeroed();
+    tools.instrument = Instrument::Irrigator.number();
+    tools.switches = switches.bits();
+    tools.capsule_count = 1;
+    tools.capsules[0].a_m = [0.0, 0.01, 0.0];
+    tools.capsules[0].radius_m = 0.0025;
+    tools.capsules[0].role = CapsuleRole::Tip.number();
+    tools
+}
+
+#[test]
+fn pedals_open_the_irrigator_s_water_and_suction() {
+    let kinds = |tools: &ToolFrame| {
+        let effects = Effect::of_irrigator(tools, 0.1);
+        effects.iter().map(|it| it.kind).collect::<Vec<_>>()
+    };
+    let (cut, coagulate) = (Switches::CUT, Switches::COAGULATE);
+    assert_eq!(kinds(&irrigator(cut)), [Kind::Water]);
+    assert_eq!(kinds(&irrigator(coagulate)), [Kind::Suction]);
+    assert_eq!(
+        kinds(&irrigator(cut | coagulate)),
+        [Kind::Water, Kind::Suction]
+    );
+    assert_eq!(kinds(&irrigator(Switches::NONE)), []);
+    let mut hook = irrigator(cut);
+    hook.instrument = Instrument::Hook.number();
+    assert_eq!(kinds(&hook), []);
+    let jet = Effect::of_irrigator(&irrigator(cut), 0.1)[0];
+    assert!((jet.along - Vec3::NEG_Y).length() < 1e-6);
+    assert!(
+        (jet.at_m - Vec3::NEG_Y * 0.0025).length() < 1e-6,
+        "at its end"
+    );
+}
+
+#[test]
+fn a_moving_irrigator_has_one_jet() {
+    let mesh = SkinMesh::default();
+    let skin = Skin::new(&mesh, &[], &[], &[]);
+    let mut effects = Effects::new(Vec3::Y);
+    for step in 0..20u8 {
+        let at = Vec3::X * (0.01 * f32::from(step));
+        let water = Effect {
+            kind: Kind::Water,
+            at_m: at,
+            lasts_s: 0.15,
+            ..effect(Kind::Bile)
+        };
+        effects.begin(&water, &skin);
+        effects.advance(0.1, &skin);
+    }
+    let came_ml = effects.fluids().balance().leaked_ml[2];
+    assert!(
+        (came_ml - 2.0 / 60.0 * 2.0).abs() < 0.03,
+        "2 ml/min for 2 s: {came_ml}"
+    );
+}
+
+#[test]
+fn tissue_that_boils_steams_until_it_is_dry() {
+    let sphere = |heat| {
+        let cold = SphereState {
+            center_m: [0.0; 3],
+            bits: SphereState::AWAKE,
+        };
+        cold.with_heat(heat)
+    };
+    let steams = |heat| {
+        let spheres = [sphere(heat), sphere([0, 0, 0])];
+        let each = spheres.iter().map(|it| (it, 0.002));
+        Effect::of_heat(each, Vec3::Y)
+    };
+    assert_eq!(steams([63, 255, 100]).len(), 1);
+    assert!((steams([63, 255, 100])[0].at_m - Vec3::Y * 0.002).length() < 1e-6);
+    assert!(steams([63, 255, 255]).is_empty() && steams([50, 200, 0]).is_empty());
 }

@@ -1,6 +1,6 @@
-//! The films of blood and bile as a texture. The red channel holds blood, the green one bile and
-//! the blue one clotted blood. When the fluid has changed, the block that is or was wet is
-//! uploaded.
+//! The films of blood, bile and water as a texture. The red channel holds blood, the green one
+//! bile, the blue one clotted blood and the last one water. When the fluid has changed, the block
+//! that is or was wet is uploaded.
 
 use glam::Vec3;
 
@@ -8,8 +8,8 @@ use super::gpu::Gpu;
 use super::layout::Stains;
 use crate::effects::fluid::{Block, Field, Fluids, SIZE, VOXEL_M};
 
-/// Thickness of a film whose texel is 1, m. A thicker film looks equal, because both are opaque.
-const THICKEST_M: f32 = 0.002;
+/// Thickness of a film whose texel is 1, m. A thicker film looks equal, and rises no higher.
+const THICKEST_M: f32 = 0.006;
 
 /// The texture, and the block of it that is wet.
 pub(super) struct Films {
@@ -105,8 +105,8 @@ fn texel(field: Option<&Field>, at: [usize; 3]) -> [u8; 4] {
     let film = field.map_or_else(Default::default, |field| field.at(at));
     // The square root gives thin films enough steps.
     let byte = |thick_m: f32| ((thick_m / THICKEST_M).sqrt() * 255.0 + 0.5) as u8;
-    let [blood, bile] = film.thick_m.map(byte);
-    [blood, bile, byte(film.clotted_m), 255]
+    let [blood, bile, water] = film.thick_m.map(byte);
+    [blood, bile, byte(film.clotted_m), water]
 }
 
 /// Tells the tissue's shader which box the texture covers, with lengths in cm.

@@ -16,6 +16,7 @@ impl Renderer {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         self.motions.update(spheres);
         let touch = Touch::of(&self.mesh, &self.organs, spheres, self.motions.now(), tools);
+        (self.heated).follow(gpu, spheres, &mut self.mesh, &self.skinning.rest);
         self.skin(gpu, &mut encoder, &touch);
         self.cells.follow(gpu, self.motions.now());
         self.sutures.follow(gpu, spheres, self.motions.now());

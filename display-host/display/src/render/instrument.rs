@@ -40,12 +40,13 @@ pub(super) struct Model {
 
 /// All instruments, in the order of [`ToolFrame::instrument`], then the trocar and the clips.
 #[must_use]
-pub(super) fn all() -> [Model; 6] {
+pub(super) fn all() -> [Model; 7] {
     [
         grasper(),
         hook(),
         scissors(),
         clip_applier(),
+        irrigator(),
         trocar(),
         super::clips::all(),
     ]
@@ -369,6 +370,37 @@ fn clip_leg(solid: &mut Solid, part: u32) {
     );
     let section = |_| circle(10).map(|c| c * 0.000_42).collect();
     solid.swept(&path, section, blade(part));
+}
+
+/// An irrigator: a steel tube of 5 mm with holes around its end, on an insulated shaft.
+fn irrigator() -> Solid {
+    let mut solid = Solid::default();
+    shaft(&mut solid, 0.004, 0.0025);
+    let tube = [
+        [0.0, 0.0017],
+        [0.0002, 0.0022],
+        [0.0007, 0.0025],
+        [0.0160, 0.0025],
+        [0.0165, 0.0022],
+    ];
+    solid.turned(Vec3::NEG_Z * 0.012, Vec3::Z, &tube, 40, steel(BODY));
+    // The mouth is dark, and so are the holes.
+    let dark = Finish {
+        look: INSULATION,
+        part: BODY,
+    };
+    let mouth = [[0.0, 0.0], [0.0002, 0.0016], [0.0004, 0.0016]];
+    solid.turned(Vec3::NEG_Z * 0.012_1, Vec3::Z, &mouth, 24, dark);
+    for row in 0..2u8 {
+        for hole in 0..4u8 {
+            let turn = (f32::from(hole) + 0.5 * f32::from(row)) * core::f32::consts::FRAC_PI_2;
+            let out = Vec3::new(turn.cos(), turn.sin(), 0.0);
+            let at = out * 0.0021 + Vec3::NEG_Z * (0.0085 - 0.0035 * f32::from(row));
+            let disc = [[0.0, 0.0006], [0.000_42, 0.0006], [0.000_45, 0.0]];
+            solid.turned(at, out, &disc, 12, dark);
+        }
+    }
+    solid
 }
 
 /// A trocar's cannula, 13 mm thick, from 25 mm inside the port to 30 mm outside. It is ribbed, and

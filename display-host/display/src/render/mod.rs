@@ -23,6 +23,8 @@
 //! net's forks. Fat has fewer strands. Faces of cells are drawn where the skin over them is hidden
 //! (`cells`).
 //!
+//! Skin whose proteins heat has denatured takes on the look of cooked tissue (`heated`).
+//!
 //! Effects begin with a plain list of `Effect`s. Smoke, steam, sparks and drops are particles.
 //! Blood and bile flow over the skin (`effects::fluid`); the shader reads the thickness of their
 //! films from a grid in the tissue at rest (`film`). Stains of char are places in the tissue at
@@ -55,6 +57,7 @@ mod film;
 mod frame;
 pub mod governor;
 pub mod gpu;
+mod heated;
 mod hexahedron;
 pub mod inside;
 mod instrument;
@@ -121,6 +124,7 @@ pub struct Renderer {
     mesh: SkinMesh,
     skinning: GpuSkinning,
     cells: cells::Cells,
+    heated: heated::Heated,
     sutures: Sutures,
     motions: Motions,
     pieces: Pieces,
@@ -136,7 +140,7 @@ pub struct Renderer {
     layouts: Layouts,
     pipelines: Pipelines,
     /// The instruments, the trocar, and the clips.
-    instruments: [Drawable; 6],
+    instruments: [Drawable; 7],
     clips: [Mat4; MAX_CLIPPED],
     port: Vec3,
     frame: wgpu::Buffer,
@@ -163,9 +167,9 @@ pub enum Shown {
 }
 
 /// Index of the trocar among the instruments.
-const TROCAR: usize = 4;
+const TROCAR: usize = 5;
 /// Index of the clips among the instruments.
-const CLIPS: usize = 5;
+const CLIPS: usize = 6;
 
 /// The skins of a scene's organs as they are drawn, with the collars where ducts and vessels join
 /// organs.

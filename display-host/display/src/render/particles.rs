@@ -74,6 +74,8 @@ fn disc(p: &Particle) -> Disc {
         Kind::Blood => ([0.085, 0.003, 0.0035], 0.97, 1.0),
         Kind::Bile => ([0.100, 0.066, 0.006], 0.85, 1.0),
         Kind::Char => ([0.01, 0.01, 0.01], 1.0, 1.0),
+        Kind::Water => ([0.30, 0.31, 0.32], 0.35, 1.0),
+        Kind::Suction => ([0.0; 3], 0.0, 1.0),
     };
     let [r, g, b] = colour;
     let speed = p.velocity_m_s.length();

@@ -18,8 +18,8 @@ use super::targets::Targets;
 use super::timing::Timing;
 use super::visible::Visible;
 use super::{
-    Renderer, Shown, ambient, cavity, cells, film, instrument, layout, look, organs, particles,
-    trees,
+    Renderer, Shown, ambient, cavity, cells, film, heated, instrument, layout, look, organs,
+    particles, trees,
 };
 use crate::DisplayError;
 use crate::effects::Effects;
@@ -128,6 +128,7 @@ impl Renderer {
             skinned: mesh.at_rest(),
             visible: Visible::new(gpu, mesh.triangles.len()),
             pieces: Pieces::of(scene, &mesh),
+            heated: heated::Heated::of(&mesh),
             mesh,
             skinning,
             cells,

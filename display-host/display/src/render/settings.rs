@@ -45,6 +45,7 @@ impl Renderer {
             self.motions.sever(&severed);
             self.skinning.replace(gpu, &self.mesh, &self.pieces);
             self.effects.skin_changed();
+            self.heated.skin_changed();
         }
     }
 

@@ -22,6 +22,20 @@ struct VertexOut {
   @location(4) state: vec4f, // ambient light, bend, push, share of the second look
 }
 
+// Thickness of a film above which its surface is drawn above the tissue, mm.
+const POOL_MM = 0.3;
+
+// Height by which a film raises the surface at a vertex, m. On level ground it is the film's
+// thickness; a wall or a ceiling holds no pool.
+fn pool_m(p: vec3f, normal: vec3f) -> f32 {
+  if (stains.count.y == 0u) { return 0.0; }
+  let at = (p - stains.window.xyz) * stains.scale.xyz;
+  if (any(at <= vec3f(0.0)) || any(at >= vec3f(1.0))) { return 0.0; }
+  let root = textureSampleLevel(film_texture, noise_sampler, at, 0.0);
+  let mm = dot((root * root).xyw, vec3f(1.0)) * stains.scale.w;
+  return 0.001 * max(mm - POOL_MM, 0.0) * smoothstep(0.2, 0.8, dot(normal, stains.up.xyz));
+}
+
 @vertex fn vertex(v: VertexIn) -> VertexOut {
   var out: VertexOut;
   out.world = v.position.xyz;
@@ -37,8 +51,9 @@ struct VertexOut {
     let whole = normalize(normalize(frame.camera.xyz - out.world) + 0.8 * frame.up.xyz);
     out.normal = normalize(mix(whole, out.normal, smoothstep(1.0, 3.0, radius)));
   }
-  out.clip = frame.clip_from_world * vec4f(out.world, 1.0);
   out.rest_cm = v.rest * 100.0;
+  if (v.position.w >= 0.0) { out.world += stains.up.xyz * pool_m(out.rest_cm, out.normal); }
+  out.clip = frame.clip_from_world * vec4f(out.world, 1.0);
   out.look = v.look;
   out.state = vec4f(v.ambient, v.normal.w, max(v.position.w, 0.0), f32(v.look >> 16u) / 65535.0);
   return out;
@@ -131,19 +146,19 @@ fn charred(p: vec3f, rough: f32) -> f32 {
 }
 
 // Four samples of the film texture, mixed: `near_x` and `near_y` are the shares of the first ones.
-fn film_row(ax: f32, bx: f32, near_x: f32, ay: f32, by: f32, near_y: f32, z: f32) -> vec3f {
-  let aa = textureSampleLevel(film_texture, noise_sampler, vec3f(ax, ay, z), 0.0).rgb;
-  let ba = textureSampleLevel(film_texture, noise_sampler, vec3f(bx, ay, z), 0.0).rgb;
-  let ab = textureSampleLevel(film_texture, noise_sampler, vec3f(ax, by, z), 0.0).rgb;
-  let bb = textureSampleLevel(film_texture, noise_sampler, vec3f(bx, by, z), 0.0).rgb;
+fn film_row(ax: f32, bx: f32, near_x: f32, ay: f32, by: f32, near_y: f32, z: f32) -> vec4f {
+  let aa = textureSampleLevel(film_texture, noise_sampler, vec3f(ax, ay, z), 0.0);
+  let ba = textureSampleLevel(film_texture, noise_sampler, vec3f(bx, ay, z), 0.0);
+  let ab = textureSampleLevel(film_texture, noise_sampler, vec3f(ax, by, z), 0.0);
+  let bb = textureSampleLevel(film_texture, noise_sampler, vec3f(bx, by, z), 0.0);
   return mix(mix(bb, ab, near_x), mix(ba, aa, near_x), near_y);
 }
 
-// Thickness of the film at a place of the tissue at rest: blood, bile and clotted blood, mm.
-fn film_at(p: vec3f) -> vec3f {
-  if (stains.count.y == 0u) { return vec3f(0.0); }
+// Thickness of the film at a place of the tissue at rest: blood, bile, clotted blood, water, mm.
+fn film_at(p: vec3f) -> vec4f {
+  if (stains.count.y == 0u) { return vec4f(0.0); }
   let at = (p - stains.window.xyz) * stains.scale.xyz;
-  if (any(at <= vec3f(0.0)) || any(at >= vec3f(1.0))) { return vec3f(0.0); }
+  if (any(at <= vec3f(0.0)) || any(at >= vec3f(1.0))) { return vec4f(0.0); }
   // Cubic B-spline: straight mixing would show the grid's cells as corners of the film's rim. Eight
   // samples, each a mix of eight texels (Sigg and Hadwiger, GPU Gems 2, chapter 20).
   let size = vec3f(textureDimensions(film_texture));
@@ -186,8 +201,8 @@ fn film_at(p: vec3f) -> vec3f {
   let edge_y = dpdy(edge);
   let film = film_at(p);
   // Change of the film's height over the tissue across and down the screen, cm.
-  let film_x = dpdx(0.1 * (film.x + film.y));
-  let film_y = dpdy(0.1 * (film.x + film.y));
+  let film_x = dpdx(0.1 * (film.x + film.y + film.w));
+  let film_y = dpdy(0.1 * (film.x + film.y + film.w));
 
   var b = body(looks[in.look & 15u], p, footprint, slot != 0u);
   if (in.state.w > 0.0) {
@@ -245,7 +260,7 @@ fn film_at(p: vec3f) -> vec3f {
     s.roughness = mix(s.roughness, 0.75, char);
     s.scatter = mix(s.scatter, vec3f(0.05), char);
   }
-  let total = film.x + film.y;
+  let total = film.x + film.y + film.w;
   let rim = smoothstep(RIM_MM.x, RIM_MM.y, total * (1.0 + 1.6 * rough));
   if (rim > 0.0) {
     let blood = film.x * rim;
@@ -270,7 +285,9 @@ fn film_at(p: vec3f) -> vec3f {
     s.film_roughness = mix(s.film_roughness, mix(0.075, 0.12, old), rim);
     s.film = mix(s.film, 1.0, rim);
     s.roughness = mix(s.roughness, 0.5, rim);
-    s.scatter = mix(s.scatter, vec3f(0.16, 0.05, 0.05), fills);
+    // Clear water lets the tissue's own light through.
+    let murky = (film.x + film.y) / max(total, 1e-4);
+    s.scatter = mix(s.scatter, vec3f(0.16, 0.05, 0.05), fills * murky);
   }
   s.ambient = in.state.x * hidden_by_tools(in.world, s.smooth_normal) * (1.0 - 0.7 * pit);
   return vec4f(through_haze(shade(s, in.world), in.world), depth_of(in.world));

@@ -17,6 +17,7 @@ use std::path::{Path, PathBuf};
 use figures::{Machine, PresentationSummary, Quantiles};
 
 use crate::DisplayError;
+use crate::effects::fluid::{Balance, Whereabouts};
 use crate::headless::{Ended, RunOutcome};
 
 /// Content of `summary.json`. The keys are a contract: add, do not rename.
@@ -63,6 +64,8 @@ pub struct Summary {
     /// Pictures a second that the window showed: the median. `None` without a window, or after few
     /// pictures.
     pub pictures_per_second: Option<f64>,
+    /// Blood, bile and water since the last reset, by their place. `None` if no picture was drawn.
+    pub fluids: Option<FluidsSummary>,
     /// Heap allocations of the realtime thread after its start. `None` if they were not counted.
     pub allocations_after_start: Option<u64>,
     /// Page faults of the realtime thread after its start.
@@ -210,6 +213,24 @@ pub struct TaskLost {
     pub value: f64,
     /// Lost points.
     pub points: f64,
+}
+
+/// Blood, bile and water by their place.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct FluidsSummary {
+    /// Blood.
+    pub blood: Whereabouts,
+    /// Bile.
+    pub bile: Whereabouts,
+    /// Water of the irrigator.
+    pub water: Whereabouts,
+}
+
+impl From<Balance> for FluidsSummary {
+    fn from(balance: Balance) -> Self {
+        let [blood, bile, water] = balance.by_fluid();
+        Self { blood, bile, water }
+    }
 }
 
 /// Range of a quantity.

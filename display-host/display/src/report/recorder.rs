@@ -250,6 +250,7 @@ impl Recorder {
             force_n: Range { min, max },
             frames: outcome.frames.len(),
             pictures_per_second: outcome.pictures_per_second,
+            fluids: outcome.fluids.map(Into::into),
             allocations_after_start: counters
                 .map(|c| c.allocations)
                 .filter(|&count| count != u64::MAX),

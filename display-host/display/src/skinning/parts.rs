@@ -198,7 +198,7 @@ fn runs(numbers: impl Iterator<Item = u32>) -> Vec<Range<usize>> {
 
 impl super::RestVertex {
     /// The spheres that the vertex is bound to, with their weights of [`WEIGHT_SUM`].
-    pub(super) fn bound(&self) -> impl Iterator<Item = (u32, u32)> {
+    pub(crate) fn bound(&self) -> impl Iterator<Item = (u32, u32)> {
         let pairs = self.spheres.into_iter().zip(self.weights);
         pairs.flat_map(|(spheres, weights)| {
             [0, 16].map(|shift| (spheres >> shift & 0xffff, weights >> shift & 0xffff))

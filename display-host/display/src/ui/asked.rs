@@ -112,7 +112,7 @@ pub(super) fn keys(ui: &Ui, state: &UiState) -> Vec<Asked> {
         return Vec::new();
     }
     ui.input(|input| {
-        let numbers = [Key::Num1, Key::Num2, Key::Num3, Key::Num4];
+        let numbers = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5];
         let instruments = (0..)
             .zip(numbers)
             .map(|(i, key)| (key, Asked::Instrument(i)));

@@ -118,6 +118,10 @@ pub struct UiState {
     pub haze_per_m: f32,
     /// True while smoke is evacuated.
     pub is_smoke_drawn_off: bool,
+    /// Volume in the suction's jar, ml.
+    pub jar_ml: f32,
+    /// True if the jar is full, so that nothing is sucked.
+    pub jar_is_full: bool,
     /// Costs of the passes of a recent picture, ms.
     pub pass_times: Option<PassTimes>,
     /// Quality tier in use, 0 the best, and the number of tiers.

@@ -153,7 +153,10 @@ pub fn run(
         Some(screen) => (Some(screen.adapter()), screen.is_software()),
         None => (None, false),
     };
-    Ok(app.session.outcome(adapter, software_adapter, app.ended))
+    let fluids = app.screen.as_ref().map(|screen| screen.fluids());
+    let mut outcome = app.session.outcome(adapter, software_adapter, app.ended);
+    outcome.fluids = fluids;
+    Ok(outcome)
 }
 
 fn event_loop() -> Result<EventLoop<accesskit_winit::Event>, DisplayError> {

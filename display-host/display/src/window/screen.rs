@@ -13,6 +13,7 @@ use super::presented::{Handed, Watch};
 use super::session::Session;
 use crate::DisplayError;
 use crate::effects::Effects;
+use crate::effects::fluid::Balance;
 use crate::latency::{FrameRecord, now_ns};
 use crate::render::camera::Scope;
 use crate::render::governor::Governor;
@@ -355,6 +356,13 @@ impl Screen {
         let effects = self.renderer.effects();
         session.ui.haze_per_m = effects.haze_per_m();
         session.ui.is_smoke_drawn_off = effects.is_drawn_off();
+        let (jar_ml, full_share) = effects.fluids().jar();
+        (session.ui.jar_ml, session.ui.jar_is_full) = (jar_ml as f32, full_share >= 1.0);
+    }
+
+    /// Blood, bile and water since the last reset.
+    pub(super) fn fluids(&self) -> Balance {
+        self.renderer.effects().fluids().balance()
     }
 
     /// Gives the picture's new texture to egui.

@@ -317,6 +317,7 @@ impl Session {
             frames,
             pictures_per_second,
             presentation: self.presentation,
+            fluids: None,
             counters: self.feed.counters(),
             ended,
             warnings: self.warnings.into_iter().chain(slow).collect(),

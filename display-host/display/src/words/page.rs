@@ -152,6 +152,7 @@ mod tests {
                 late_ticks: 1,
                 realtime: true,
                 pictures_per_second: Some(3.25),
+                fluids: None,
             }),
             is_scripted: true,
             cut_short: Some("x".to_owned()),

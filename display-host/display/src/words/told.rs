@@ -107,6 +107,7 @@ impl Words {
                     Instrument::Hook => "hint-instrument-hook",
                     Instrument::Scissors => "hint-instrument-scissors",
                     Instrument::ClipApplier => "hint-instrument-clip-applier",
+                    Instrument::Irrigator => "hint-instrument-irrigator",
                 };
                 let key = (instrument.number() + 1).to_string().into();
                 let values = [step, ("instrument", self.say(name).into()), ("key", key)];
@@ -120,6 +121,7 @@ impl Words {
             Advice::Use(Instrument::Hook) => "hint-hook",
             Advice::Use(Instrument::Scissors) => "hint-scissors",
             Advice::Use(Instrument::ClipApplier) => "hint-clip-applier",
+            Advice::Use(Instrument::Irrigator) => "hint-irrigator",
             Advice::Hold if hint.step == Step::Meet => "hint-meet",
             Advice::Hold => "hint-hold",
         };

@@ -127,6 +127,7 @@ fn every_control_works_by_key() {
         (egui::Key::R, Asked::Reset),
         (egui::Key::F, Asked::EnableForce(false)),
         (egui::Key::Num4, Asked::Instrument(3)),
+        (egui::Key::Num5, Asked::Instrument(4)),
         (egui::Key::E, Asked::ToggleEngineering),
         (egui::Key::M, Asked::ToggleHand),
         (egui::Key::H, Asked::TogglePanel),

@@ -28,6 +28,14 @@
 //! grows by the energy that it absorbs, divided by the energy that boils it away over the width of
 //! the electrode. Walls are burnt through place by place. Current without contact burns nothing.
 //!
+//! # Heat
+//!
+//! Each sphere has a temperature. The other half of the current's power warms tissue beside the
+//! tip (it falls with the fourth power of the distance), or the tube that the tip touches, along
+//! the way of the current. Heat flows along links and attachments, blood carries it off, and water
+//! boils at 100 °C. Damage is the Arrhenius sum of Henriques and Moritz. It raises events, and
+//! moves nothing.
+//!
 //! # Clips
 //!
 //! A clip closes the tubes between the applier's jaws. The jaws hold the tubes as soon as they
@@ -59,6 +67,7 @@ pub(crate) mod cautery;
 pub mod clip;
 pub(crate) mod cut;
 pub(crate) mod grasp;
+pub mod heat;
 pub(crate) mod journal;
 pub(crate) mod opening;
 pub(crate) mod shaking;

@@ -15,8 +15,8 @@
 //!   spring's anchor slips when the spring is as strong as the cut (plastic friction, Hayward and
 //!   Armstrong 2000), so fingers that tremble feel no chatter. Greenish et al. 2002 recorded such
 //!   forces at scissors.
-//! - Hook and clip applier: the jaws follow the fingers exactly. No force is rendered, because no
-//!   source gives the force that closes a clip.
+//! - Hook, clip applier and irrigator: the jaws follow the fingers exactly. No force is rendered,
+//!   because no source gives the force that closes a clip.
 
 use crate::port::Opening;
 use crate::procedure::grasp::{GRIP_MAX_N, Grasp, Jaws};
@@ -87,7 +87,9 @@ impl JawDrive {
                 (jaw, jaw)
             }
             Instrument::Scissors => (handle_opening, self.cutting_anchor(handle_opening)),
-            Instrument::Hook | Instrument::ClipApplier => (handle_opening, handle_opening),
+            Instrument::Hook | Instrument::ClipApplier | Instrument::Irrigator => {
+                (handle_opening, handle_opening)
+            }
         };
     }
 

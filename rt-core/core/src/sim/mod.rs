@@ -147,6 +147,7 @@ impl<'a> Sim<'a> {
         state.pairs.load(&scene);
         state.between.forget();
         state.vessels.reset();
+        state.heat.load(&scene);
         let mut limit = OutputLimit::new(&device, parameters.force_ramp_s);
         limit.enable(parameters.force_enabled);
         let room = scene.room();
@@ -233,6 +234,7 @@ impl<'a> Sim<'a> {
         self.burn();
         self.tear();
         self.leak();
+        self.spread_heat();
         self.note_unrest();
         let has_lost_leak = self.state.vessels.take_lost_leak();
         faults.raise_if(
@@ -272,6 +274,7 @@ impl<'a> Sim<'a> {
         self.cautery = Cautery::default();
         self.clips = Clips::default();
         self.state.vessels.reset();
+        self.state.heat.load(&self.scene);
         self.state.bodies.reset(&self.scene);
         self.state.pairs.load(&self.scene);
         self.state.between.forget();
@@ -529,6 +532,7 @@ impl<'a> Sim<'a> {
             contacts: &self.contacts,
             scene: &self.scene,
             bodies: &self.state.bodies,
+            heat: &self.state.heat,
         }
     }
 

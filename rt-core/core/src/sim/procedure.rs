@@ -7,6 +7,7 @@ use crate::procedure::cautery::Electrode;
 use crate::procedure::clip::Clips;
 use crate::procedure::cut::cut_all;
 use crate::procedure::grasp::Jaws;
+use crate::procedure::heat::current::Current;
 use crate::sim::Sim;
 use crate::tissue::damage::tear_all;
 use crate::tool::{Instrument, Tool, ToolState};
@@ -58,9 +59,29 @@ impl Sim<'_> {
             let (bodies, vessels) = (&mut state.bodies, &mut state.vessels);
             let cells = bodies.touched_cells(electrode, &self.scene, &self.bounds);
             let touched = (self.contacts.forces.as_slice(), cells.as_slice());
-            (self.cautery).burn(electrode, touched, &self.scene, bodies, vessels, journal);
+            let shares =
+                (self.cautery).burn(electrode, touched, &self.scene, bodies, vessels, journal);
+            if let Some(shares) = &shares {
+                let current = Current {
+                    electrode,
+                    shares,
+                    cells: &cells,
+                };
+                (state.heat).take(&current, &self.scene, bodies, &self.bounds);
+            }
+        } else {
+            state.heat.end_current();
         }
         self.cautery.report(electrode.is_none(), journal);
+    }
+
+    /// Lets heat spread, and destroy.
+    pub(super) fn spread_heat(&mut self) {
+        if self.tool.switches.paused {
+            return;
+        }
+        let (state, journal) = (&mut *self.state, &mut self.journal);
+        (state.heat).advance(&self.scene, &state.bodies, journal);
     }
 
     /// Tears tissue that the tick has overstretched.
@@ -203,7 +224,9 @@ impl Sim<'_> {
         self.journal
             .note_contacts(forces, self.scene.organs, math::norm(&self.tool.force_n));
         let pedal = self.tool.switches.pedal;
-        faults.raise_if(pedal.cut && pedal.coagulate, Fault::BothElectrodes);
+        let is_electric = self.tool.instrument != Instrument::Irrigator;
+        let are_both = pedal.cut && pedal.coagulate && is_electric;
+        faults.raise_if(are_both, Fault::BothElectrodes);
         let pedal = self.electric_pedal();
         self.journal.note_electro(&pedal, self.tool.tip_m);
         self.journal.note_faults(faults, self.tool.tip_m);

@@ -32,9 +32,11 @@ impl Sim<'_> {
     pub(super) fn electric_pedal(&self) -> PedalSample {
         let pedal = self.tool.switches.pedal;
         let is_needle = self.is_sewing() || self.state.bodies.sutures.leads_needle();
+        // The irrigator's pedals open its valves.
+        let is_current = !is_needle && self.tool.instrument != Instrument::Irrigator;
         PedalSample {
-            cut: pedal.cut && !is_needle,
-            coagulate: pedal.coagulate && !is_needle,
+            cut: pedal.cut && is_current,
+            coagulate: pedal.coagulate && is_current,
             ..pedal
         }
     }

@@ -6,6 +6,7 @@ use crate::contact::tool_contact::ToolContacts;
 use crate::fault::{FaultCounters, FaultSet};
 use crate::math::Vec3;
 use crate::procedure::clip::Clip;
+use crate::procedure::heat::{Balance, Heat, HeatCode};
 use crate::scene::{Scene, is_suture};
 use crate::time::TimeNs;
 use crate::tissue::Bodies;
@@ -20,6 +21,8 @@ pub struct SphereView {
     pub center_m: Vec3,
     /// Flags.
     pub bits: SphereBits,
+    /// Temperature and damage.
+    pub heat: HeatCode,
 }
 
 /// Results of a tick.
@@ -59,6 +62,7 @@ pub struct TickView<'a> {
     pub(super) contacts: &'a ToolContacts,
     pub(super) scene: &'a Scene<'a>,
     pub(super) bodies: &'a Bodies,
+    pub(super) heat: &'a Heat,
 }
 
 impl<'a> TickView<'a> {
@@ -67,6 +71,12 @@ impl<'a> TickView<'a> {
     #[must_use]
     pub fn cells(&self) -> &'a [u8] {
         self.bodies.cells.heat_code(self.scene.layers.cells.len())
+    }
+
+    /// Energy of the current since the last reset, by its place.
+    #[must_use]
+    pub fn heat_balance(&self) -> Balance {
+        self.heat.balance(self.scene)
     }
 
     /// Dents of the tools in tissue, at most [`crate::capacity::MAX_CONTACT_CONSTRAINTS`].
@@ -104,9 +114,11 @@ impl<'a> TickView<'a> {
         let nodes = self.bodies.nodes.range(0, count).iter();
         nodes
             .zip(self.bodies.bits.range(0, count))
-            .map(|(node, bits)| SphereView {
+            .zip(self.heat.codes(count))
+            .map(|((node, bits), heat)| SphereView {
                 center_m: node.center_m(),
                 bits: *bits,
+                heat: *heat,
             })
     }
 }

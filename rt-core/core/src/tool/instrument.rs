@@ -25,6 +25,8 @@ pub enum Instrument {
     Scissors = 2,
     /// Clip applier.
     ClipApplier = 3,
+    /// Tube that sucks and rinses. The simulation knows its shape only; fluids are the display's.
+    Irrigator = 4,
 }
 
 impl Instrument {
@@ -35,7 +37,8 @@ impl Instrument {
             Self::Grasper => Self::Hook,
             Self::Hook => Self::Scissors,
             Self::Scissors => Self::ClipApplier,
-            Self::ClipApplier => Self::Grasper,
+            Self::ClipApplier => Self::Irrigator,
+            Self::Irrigator => Self::Grasper,
         }
     }
 
@@ -47,6 +50,7 @@ impl Instrument {
             Self::Hook => 0.012,
             Self::Scissors => 0.016,
             Self::ClipApplier => 0.014,
+            Self::Irrigator => 0.012,
         }
     }
 
@@ -56,7 +60,7 @@ impl Instrument {
     pub const fn jaw_opening_m(self) -> f32 {
         match self {
             Self::Grasper => 0.008,
-            Self::Hook => 0.0,
+            Self::Hook | Self::Irrigator => 0.0,
             Self::Scissors => 0.006,
             Self::ClipApplier => 0.004,
         }
@@ -73,7 +77,7 @@ pub enum Role {
     UpperJaw = 1,
     /// Jaw on the side of −y.
     LowerJaw = 2,
-    /// The hook's bent end.
+    /// The hook's bent end; the end of the irrigator's tube.
     Tip = 3,
     /// The endoscope, from its port to the camera.
     Endoscope = 4,
@@ -148,6 +152,9 @@ pub fn capsules(
         let heel = world(0.0, 0.0, -length);
         add(joint, heel, 0.001, Role::UpperJaw);
         add(heel, world(0.0, -0.004, -length), 0.0008, Role::Tip);
+    } else if instrument == Instrument::Irrigator {
+        let mouth = world(0.0, 0.0, SHAFT_RADIUS_M - length);
+        add(joint, mouth, SHAFT_RADIUS_M, Role::Tip);
     } else {
         let side_m = instrument.jaw_opening_m() * jaw.clamp(0.0, 1.0);
         let axial_m = -math::sqrt(length * length - side_m * side_m);
@@ -207,6 +214,7 @@ mod tests {
             Instrument::Hook,
             Instrument::Scissors,
             Instrument::ClipApplier,
+            Instrument::Irrigator,
         ] {
             let pose = LEVER.instrument(&h, instrument.jaw_length_m());
             let parts = capsules(instrument, &pose, &LEVER.port_m, 0.0);

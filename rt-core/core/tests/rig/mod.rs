@@ -10,6 +10,7 @@ use rt_core::port::{
     TrackerSample,
 };
 use rt_core::procedure::clip::Clip;
+use rt_core::procedure::heat::{Balance, HeatCode};
 use rt_core::scene::{
     Anchor, Attachment, Inside, Link, Material, NO_VERTEX, Organ, RestSphere, Room, SKIN_BINDINGS,
     Scene, Skin, SkinVertex, Tetra, TetraBatch, Trocar, batches,
@@ -409,6 +410,9 @@ pub(crate) struct Bench {
     pub(crate) instrument: Instrument,
     pub(crate) centers_m: Vec<Vec3>,
     pub(crate) bits: Vec<SphereBits>,
+    /// Temperature and damage of each sphere.
+    pub(crate) heat: Vec<HeatCode>,
+    pub(crate) balance: Balance,
     pub(crate) status: [rt_core::words::Status; 3],
     /// Digest of each tick.
     pub(crate) digests: Vec<Digest>,
@@ -442,6 +446,8 @@ impl Bench {
             digests: Vec::new(),
             centers_m: Vec::new(),
             bits: Vec::new(),
+            heat: Vec::new(),
+            balance: Balance::default(),
             status: [rt_core::words::Status::Absent; 3],
         }
     }
@@ -498,9 +504,12 @@ impl Ports for Bench {
         self.digests.push(view.digest());
         self.centers_m.clear();
         self.bits.clear();
+        self.heat.clear();
+        self.balance = view.heat_balance();
         for sphere in view.spheres() {
             self.centers_m.push(sphere.center_m);
             self.bits.push(sphere.bits);
+            self.heat.push(sphere.heat);
         }
     }
 

@@ -8,6 +8,7 @@ mod devices;
 mod endoscope;
 mod energy;
 mod grip;
+mod heat;
 mod motion;
 mod opening;
 mod proxy;

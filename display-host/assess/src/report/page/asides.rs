@@ -11,6 +11,8 @@ use crate::report::{Chapter, PICTURES_MIN};
 /// path a minute. The test `a_resting_hand_with_a_noisy_device_rests_at_every_rate` checks the
 /// promise at 100 Hz.
 const NOISE_MAX_MM: f64 = 0.7;
+/// Volume in the suction's jar from which the page tells it, ml.
+const JAR_ML_MIN: f64 = 0.05;
 
 /// Writes the durations of the simulation's ticks, and how many were late or missed.
 pub(super) fn ticks(page: &mut Page<'_>, chapter: &Chapter) {
@@ -54,6 +56,28 @@ pub(super) fn slow(page: &mut Page<'_>, chapter: &Chapter) {
         let text = page.say_with("page-slow-computer", &[("rate", &rate)]);
         page.add(format_args!("<p class=\"open\">{text}</p>"));
     }
+}
+
+/// Tells the volumes in the suction's jar, if it was used.
+pub(super) fn jar(page: &mut Page<'_>, chapter: &Chapter) {
+    let Some(fluids) = chapter.ticks.as_ref().and_then(|it| it.fluids) else {
+        return;
+    };
+    let all = [fluids.blood, fluids.bile, fluids.water];
+    if all.iter().all(|it| it.jar_ml < JAR_ML_MIN) {
+        return;
+    }
+    let left_ml = all.iter().map(|it| it.on_tissue_ml).sum();
+    let [blood, bile, water] = all.map(|it| page.words.number(it.jar_ml, 1));
+    let left = page.words.number(left_ml, 1);
+    let values = [
+        ("blood", blood.as_str()),
+        ("bile", &bile),
+        ("water", &water),
+        ("left", &left),
+    ];
+    let text = page.say_with("page-jar", &values);
+    page.add(format_args!("<p class=\"lead\">{text}</p>"));
 }
 
 /// Writes the times that do not count as the trainee's, and the noise of the handle.

@@ -6,6 +6,7 @@ use super::super::stain::Skin;
 use super::super::{Kind, Particle, chance};
 use super::parcel::{Falling, Lying};
 use super::surface::{Place, Surface};
+use super::volume::Volumes;
 use super::{FALLING, Fluids, PARCEL_M3};
 
 /// Volume of a drop that lets go, m³: a drop of blood has 30 to 50.
@@ -21,11 +22,12 @@ impl Fluids {
     /// The drops in the air, as particles.
     pub fn drops(&self) -> impl Iterator<Item = Particle> + '_ {
         self.falling.iter().map(|it| {
-            let total = it.volume_m3[0] + it.volume_m3[1];
-            let kind = if it.volume_m3[0] >= it.volume_m3[1] {
-                Kind::Blood
-            } else {
-                Kind::Bile
+            let [blood, bile, water] = it.volume_m3;
+            let total = blood + bile + water;
+            let kind = match () {
+                () if water > 4.0 * (blood + bile) => Kind::Water,
+                () if blood >= bile => Kind::Blood,
+                () => Kind::Bile,
             };
             Particle {
                 kind,
@@ -40,13 +42,7 @@ impl Fluids {
         })
     }
 
-    pub(super) fn throw(
-        &mut self,
-        at_m: Vec3,
-        velocity_m_s: Vec3,
-        volume_m3: [f64; 2],
-        age_s: f32,
-    ) {
+    pub(super) fn throw(&mut self, at_m: Vec3, velocity_m_s: Vec3, volume_m3: Volumes, age_s: f32) {
         if !at_m.is_finite() || !velocity_m_s.is_finite() || self.falling.len() >= FALLING {
             return self.lose(volume_m3);
         }
@@ -102,7 +98,7 @@ impl Fluids {
         if hangs && thick_m > drop_m && it.total_m3() > 0.1 * PARCEL_M3 {
             let drop = self.falling.iter_mut().find(|drop| {
                 let near = drop.at_m.distance_squared(at) < 0.002 * 0.002;
-                near && drop.flies_s < 0.05 && drop.volume_m3[0] + drop.volume_m3[1] < DROP_M3
+                near && drop.flies_s < 0.05 && drop.volume_m3.iter().sum::<f64>() < DROP_M3
             });
             match drop {
                 Some(drop) => {
@@ -150,7 +146,7 @@ impl Fluids {
 
     /// A drop spreads where it meets the skin.
     fn splash(&mut self, place: Place, drop: &Falling, surface: &mut Surface, skin: &Skin<'_>) {
-        let total = drop.volume_m3[0] + drop.volume_m3[1];
+        let total: f64 = drop.volume_m3.iter().sum();
         let parts = ((total / PARCEL_M3).ceil() as u32).clamp(1, 6);
         for _ in 0..parts {
             self.thrown = self.thrown.wrapping_add(1);

@@ -6,6 +6,8 @@
 
 use glam::Vec3;
 
+use super::volume::{Volumes, WATER};
+
 /// Side of a voxel, m.
 pub const VOXEL_M: f32 = 0.001_2;
 /// Numbers of voxels along x, y and z.
@@ -18,8 +20,8 @@ pub(super) const MIDDLE_PER_M3: f32 = 3.0 / (core::f32::consts::PI * REACH_M * R
 /// Film at a voxel.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Film {
-    /// Thickness of blood and of bile, m.
-    pub thick_m: [f32; 2],
+    /// Thickness of blood, bile and water, m.
+    pub thick_m: [f32; 3],
     /// Thickness of blood times the share of it that has clotted, m.
     pub clotted_m: f32,
 }
@@ -28,7 +30,7 @@ impl Film {
     /// Thickness of all fluid, m.
     #[must_use]
     pub fn total_m(&self) -> f32 {
-        self.thick_m[0] + self.thick_m[1]
+        self.thick_m.iter().sum()
     }
 }
 
@@ -47,12 +49,29 @@ pub struct Field {
 impl Field {
     /// A dry window around this place of the tissue at rest.
     pub(super) fn around(middle_m: Vec3) -> Self {
-        let half = Vec3::from(SIZE.map(|n| n as f32)) * (0.5 * VOXEL_M);
         Self {
-            low_m: middle_m - half,
+            low_m: middle_m - 0.5 * Self::extent_m(),
             films: vec![Film::default(); SIZE.iter().product()],
             wet: None,
         }
+    }
+
+    /// Extent of the window, m.
+    pub(super) fn extent_m() -> Vec3 {
+        Vec3::from(SIZE.map(|n| n as f32)) * VOXEL_M
+    }
+
+    /// True if the box lies in the window.
+    pub(super) fn covers(&self, low_m: Vec3, high_m: Vec3) -> bool {
+        let end_m = self.low_m + Self::extent_m();
+        low_m.cmpge(self.low_m).all() && high_m.cmple(end_m).all()
+    }
+
+    /// Moves the window, which is dry then, by whole voxels towards this middle.
+    pub(super) fn move_to(&mut self, middle_m: Vec3) {
+        self.clear();
+        let low_m = middle_m - 0.5 * Self::extent_m();
+        self.low_m += ((low_m - self.low_m) / VOXEL_M).round() * VOXEL_M;
     }
 
     /// Corner of the window, m.
@@ -89,8 +108,9 @@ impl Field {
         }
     }
 
-    /// Adds a parcel: volumes of blood and bile (m³), and the share of the blood that has clotted.
-    pub(super) fn add(&mut self, at_m: Vec3, volume_m3: [f64; 2], clotted: f32) {
+    /// Adds a parcel: volumes of blood, bile and water (m³), and the share of the blood that has
+    /// clotted.
+    pub(super) fn add(&mut self, at_m: Vec3, volume_m3: Volumes, clotted: f32) {
         let at = (at_m - self.low_m) / VOXEL_M - 0.5;
         let reach = REACH_M / VOXEL_M;
         let range = |k: usize| {
@@ -109,7 +129,7 @@ impl Field {
             }),
             None => block,
         });
-        let [blood, bile] = volume_m3.map(|v| v as f32 * MIDDLE_PER_M3);
+        let own = volume_m3.map(|v| v as f32 * MIDDLE_PER_M3);
         let [xs, ys, zs] = block;
         for z in zs[0]..zs[1] {
             for y in ys[0]..ys[1] {
@@ -120,13 +140,24 @@ impl Field {
                     if left > 0.0 {
                         let share = left * left;
                         let film = &mut self.films[row + x];
-                        film.thick_m[0] += blood * share;
-                        film.thick_m[1] += bile * share;
-                        film.clotted_m += blood * share * clotted;
+                        for (thick_m, own) in film.thick_m.iter_mut().zip(own) {
+                            *thick_m += own * share;
+                        }
+                        film.clotted_m += own[0] * share * clotted;
                     }
                 }
             }
         }
+    }
+
+    /// Share of water in the film at the voxel of a place.
+    pub(super) fn water_share(&self, at_m: Vec3) -> f32 {
+        let at = (at_m - self.low_m) / VOXEL_M;
+        if !(at.cmpge(Vec3::ZERO).all() && at.is_finite()) {
+            return 0.0;
+        }
+        let film = self.at(at.to_array().map(|v| v as usize));
+        film.thick_m[WATER] / film.total_m().max(1e-9)
     }
 
     /// Thickness of all fluid at a place, m, and its gradient.
@@ -165,12 +196,12 @@ mod tests {
     #[test]
     fn a_parcel_has_its_volume_over_a_plane_and_is_thickest_in_the_middle() {
         let mut field = Field::around(Vec3::ZERO);
-        field.add(Vec3::ZERO, [2e-9, 1e-9], 0.5);
+        field.add(Vec3::ZERO, [1e-9, 1e-9, 1e-9], 0.5);
         // The grid is coarse, so the sum depends a little on the plane's place in it.
         let step_m = 0.000_1;
         for up_m in [0.0, 0.000_3, 0.000_6] {
             let mut field = Field::around(Vec3::ZERO);
-            field.add(Vec3::Y * up_m, [2e-9, 1e-9], 0.5);
+            field.add(Vec3::Y * up_m, [1e-9, 1e-9, 1e-9], 0.5);
             let mut sum = 0.0;
             for i in -40..40 {
                 for k in -40..40 {
@@ -197,7 +228,7 @@ mod tests {
             Vec3::NAN,
             Vec3::INFINITY,
         ] {
-            field.add(far, [1e-9; 2], 0.0);
+            field.add(far, [1e-9; 3], 0.0);
             assert!(field.thickness(far).0 <= 0.0);
         }
         assert!(field.films.iter().all(|film| film.total_m() <= 0.0));

@@ -1,8 +1,9 @@
-//! Blood and bile that flow: over the skin, downhill, in pools, and in drops from one organ to the
-//! next.
+//! Blood, bile and water that flow: over the skin, downhill, in pools, and in drops from one organ
+//! to the next.
 //!
 //! ```text
 //! leak (tick) × rate (assess) ─► source ─► parcels on the skin ◄──► drops in the air
+//! irrigator ─► jet (rinse) ────────────────►  │  └──────► jar (rinse)
 //!                                              │
 //!                                              ▼
 //!                              thickness of the film (field) ─► flow, picture
@@ -13,8 +14,9 @@
 //! The tick owns each leak: its place and its share of the full flow. `assess` owns the full flow
 //! of each kind of organ, ml/min. Both are published. The product of both is the metric `blood_ml`
 //! or `bile_ml`, and the same product fills this model. [`Balance`] says where the volume is:
-//! what left a vessel lies on tissue, falls, or is gone out of reach. A tube that is cut or torn
-//! also empties itself once. No leak reports that, so the balance has it as a sum of its own.
+//! what left a vessel or the irrigator lies on tissue, falls, is in the jar, or is gone out of
+//! reach. A tube that is cut or torn also empties itself once. No leak reports that, so the balance
+//! has it as a sum of its own.
 //!
 //! # Law
 //!
@@ -31,8 +33,12 @@
 //! organ at once where that organ lies close below, and comes up where another organ covers it.
 //! Blood of arteries spurts with each heartbeat; its mean flow is that of the leak.
 //!
-//! Assumed numbers are marked so at their constants. Water, suction and the volume of a pool's
-//! surface above the tissue are not modelled: a pool is a thick film.
+//! The irrigator's water runs like blood, only thinner. Where water lies, blood is thinner too, and
+//! the jet pushes it along. Suction takes parcels and drops near the tip into the jar ([`rinse`]).
+//!
+//! Assumed numbers are marked so at their constants. A pool is a thick film: the picture raises its
+//! surface by its thickness, up to 6 mm, but organs that dip into it displace nothing. Blood and
+//! water do not mix within a parcel.
 //!
 //! The steps have a fixed length, and nothing is random but a fixed sequence. So the same record
 //! gives the same fluid, as far as the tissue moves alike between two pictures.
@@ -41,8 +47,11 @@ mod columns;
 mod drops;
 mod field;
 mod parcel;
+mod rinse;
 mod room;
 mod surface;
+mod volume;
+mod window;
 
 use core::sync::atomic::{AtomicU64, Ordering};
 
@@ -52,6 +61,8 @@ use self::columns::Columns;
 pub use self::field::{Block, Field, Film, SIZE, VOXEL_M};
 use self::parcel::{Falling, Lying, clotted};
 use self::surface::{Place, Surface};
+pub use self::volume::Volumes;
+pub(super) use self::volume::WATER_M3;
 use super::stain::Skin;
 use super::{Kind, chance};
 
@@ -68,20 +79,48 @@ const COLUMNS_S: f32 = 0.5;
 /// Every how many steps a parcel looks for skin below and above it.
 const LOOKS: u32 = 5;
 
-/// Volumes of blood and of bile by their place, ml.
+/// Volumes of blood, bile and water by their place, ml.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Balance {
-    /// Came out of leaks that the controller reports.
-    pub leaked_ml: [f64; 2],
+    /// Came out of leaks that the controller reports, or, as water, out of the irrigator.
+    pub leaked_ml: Volumes,
     /// Came out of divided tubes that emptied themselves.
-    pub emptied_ml: [f64; 2],
+    pub emptied_ml: Volumes,
     /// Lies on tissue.
-    pub lies_ml: [f64; 2],
+    pub lies_ml: Volumes,
     /// Falls.
-    pub falls_ml: [f64; 2],
+    pub falls_ml: Volumes,
     /// Gone: it fell out of reach, or found no skin to lie on or no room among the drops in the
     /// air.
-    pub gone_ml: [f64; 2],
+    pub gone_ml: Volumes,
+    /// In the suction's jar.
+    pub jar_ml: Volumes,
+}
+
+/// Volumes of one fluid by their place, ml.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+pub struct Whereabouts {
+    /// Left a vessel or the irrigator.
+    pub left_ml: f64,
+    /// Lies on tissue, or falls.
+    pub on_tissue_ml: f64,
+    /// In the suction's jar.
+    pub jar_ml: f64,
+    /// Gone out of reach.
+    pub gone_ml: f64,
+}
+
+impl Balance {
+    /// Volumes of blood, bile and water.
+    #[must_use]
+    pub fn by_fluid(&self) -> [Whereabouts; 3] {
+        core::array::from_fn(|k| Whereabouts {
+            left_ml: self.leaked_ml[k] + self.emptied_ml[k],
+            on_tissue_ml: self.lies_ml[k] + self.falls_ml[k],
+            jar_ml: self.jar_ml[k],
+            gone_ml: self.gone_ml[k],
+        })
+    }
 }
 
 /// All blood and bile outside of vessels.
@@ -94,8 +133,9 @@ pub struct Fluids {
     surface: Option<Surface>,
     columns: Option<(Columns, f32)>,
     middle_m: Vec3,
-    came_m3: [[f64; 2]; 2],
-    gone_m3: [f64; 2],
+    came_m3: [Volumes; 2],
+    gone_m3: Volumes,
+    jar_m3: Volumes,
     steps: u32,
     thrown: u32,
     /// Number of the last change. No two changes of any fluids have the same number.
@@ -126,8 +166,9 @@ impl Fluids {
             surface: None,
             columns: None,
             middle_m: Vec3::ZERO,
-            came_m3: [[0.0; 2]; 2],
-            gone_m3: [0.0; 2],
+            came_m3: [[0.0; 3]; 2],
+            gone_m3: [0.0; 3],
+            jar_m3: [0.0; 3],
             steps: 0,
             thrown: 0,
             change: next_change(),
@@ -159,8 +200,8 @@ impl Fluids {
     /// Volumes, by where they are.
     #[must_use]
     pub fn balance(&self) -> Balance {
-        let sum = |volumes: &mut dyn Iterator<Item = [f64; 2]>| {
-            let total = volumes.fold([0.0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
+        let sum = |volumes: &mut dyn Iterator<Item = Volumes>| {
+            let total = volumes.fold([0.0; 3], |a, b| core::array::from_fn(|k| a[k] + b[k]));
             total.map(|it| it * 1e6)
         };
         Balance {
@@ -169,6 +210,7 @@ impl Fluids {
             lies_ml: sum(&mut self.lying.iter().map(|it| it.volume_m3)),
             falls_ml: sum(&mut self.falling.iter().map(|it| it.volume_m3)),
             gone_ml: self.gone_m3.map(|it| it * 1e6),
+            jar_ml: self.jar_m3.map(|it| it * 1e6),
         }
     }
 
@@ -192,7 +234,7 @@ impl Fluids {
     /// Takes fluid from a source.
     pub(super) fn pour(&mut self, gush: &Gush, skin: &Skin<'_>) {
         let slot = usize::from(gush.kind == Kind::Bile);
-        let mut volume_m3 = [0.0; 2];
+        let mut volume_m3 = [0.0; 3];
         volume_m3[slot] = gush.volume_m3;
         self.came_m3[usize::from(!gush.is_leak)][slot] += gush.volume_m3;
         let place = gush.mouth.and_then(|vertex| skin.place_at(vertex));
@@ -205,16 +247,11 @@ impl Fluids {
         };
         let spurts = volume_m3.map(|v| v * share);
         let runs = volume_m3.map(|v| v * (1.0 - share));
-        if spurts[0] + spurts[1] > 0.0 {
+        if spurts.iter().sum::<f64>() > 0.0 {
             self.throw(gush.at_m, velocity, spurts, 0.0);
         }
         if let Some((triangle, weights)) = place {
-            if self.field.is_none() {
-                let middle_m = skin.at_rest(gush.mouth.unwrap_or(0));
-                // More of it runs down than up.
-                self.middle_m = gush.at_m - self.up * 0.02;
-                self.field = Some(Field::around(middle_m - self.up * 0.02));
-            }
+            self.open_window(gush.at_m, gush.mouth.unwrap_or(0), skin);
             let mut place = Place { triangle, weights };
             // Parcels at one point would hold each other there.
             self.thrown = self.thrown.wrapping_add(1);
@@ -230,7 +267,7 @@ impl Fluids {
         (flow_m3_s / 90.0).clamp(0.1 * PARCEL_M3, 4.0 * PARCEL_M3)
     }
 
-    fn lose(&mut self, volume_m3: [f64; 2]) {
+    fn lose(&mut self, volume_m3: Volumes) {
         for (gone, volume) in self.gone_m3.iter_mut().zip(volume_m3) {
             *gone += volume;
         }
@@ -307,6 +344,7 @@ impl Fluids {
         match &mut self.columns {
             Some((_, age_s)) if *age_s + step_s < COLUMNS_S => *age_s += step_s,
             _ => {
+                self.move_window(surface, skin);
                 let columns = Columns::around(self.middle_m, self.up, surface, skin);
                 self.columns = Some((columns, 0.0));
             }

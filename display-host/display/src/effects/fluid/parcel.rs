@@ -5,6 +5,7 @@ use glam::Vec3;
 use super::super::stain::Skin;
 use super::field::{Field, MIDDLE_PER_M3};
 use super::surface::{Place, Surface};
+use super::volume::Volumes;
 
 /// Density of blood, kg/m³; bile has 1010, and the difference is not modelled.
 const DENSITY_KG_M3: f32 = 1060.0;
@@ -13,6 +14,8 @@ const GRAVITY_M_S2: f32 = 9.81;
 const BLOOD_PA_S: f32 = 0.004;
 /// Viscosity of gallbladder bile, Pa s: 1.8 to 8, many times that of hepatic bile.
 const BILE_PA_S: f32 = 0.003;
+/// Viscosity of the irrigator's water at 37 °C, Pa s.
+const WATER_PA_S: f32 = 0.000_7;
 /// Time in which clotting makes blood thicker by the factor e, s, and the time after which it
 /// stands. Blood clots in 4 to 10 minutes in glass. Assumed between: on tissue it clots faster.
 const THICKENS_S: f32 = 45.0;
@@ -40,8 +43,8 @@ const MARK_M: f32 = 0.001_2;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Lying {
     pub(super) place: Place,
-    /// Volumes of blood and of bile, m³.
-    pub(super) volume_m3: [f64; 2],
+    /// Volumes of blood, bile and water, m³.
+    pub(super) volume_m3: Volumes,
     pub(super) age_s: f32,
     /// Way since its last mark, m.
     pub(super) ran_m: f32,
@@ -54,7 +57,7 @@ pub(super) struct Lying {
 pub(super) struct Falling {
     pub(super) at_m: Vec3,
     pub(super) velocity_m_s: Vec3,
-    pub(super) volume_m3: [f64; 2],
+    pub(super) volume_m3: Volumes,
     pub(super) age_s: f32,
     /// Time in the air, s.
     pub(super) flies_s: f32,
@@ -66,7 +69,7 @@ pub(super) fn clotted(age_s: f32) -> f32 {
 }
 
 impl Lying {
-    pub(super) fn new(place: Place, volume_m3: [f64; 2], age_s: f32) -> Self {
+    pub(super) fn new(place: Place, volume_m3: Volumes, age_s: f32) -> Self {
         Self {
             place,
             volume_m3,
@@ -77,29 +80,33 @@ impl Lying {
     }
 
     pub(super) fn total_m3(&self) -> f64 {
-        self.volume_m3[0] + self.volume_m3[1]
+        self.volume_m3.iter().sum()
     }
 
     /// True for blood that has clotted: it neither runs nor drips any more.
     pub(super) fn stands(&self) -> bool {
-        self.age_s >= CLOTS_S && self.volume_m3[0] >= self.volume_m3[1]
+        self.age_s >= CLOTS_S && self.volume_m3[0] >= 0.5 * self.total_m3()
     }
 
-    fn viscosity_pa_s(&self) -> f32 {
-        let blood = (self.volume_m3[0] / self.total_m3().max(1e-18)) as f32;
-        let fresh = BILE_PA_S + (BLOOD_PA_S - BILE_PA_S) * blood;
+    /// Viscosity under a film of which `water` is the share of water.
+    fn viscosity_pa_s(&self, water: f32) -> f32 {
+        let total = self.total_m3().max(1e-18);
+        let [blood, bile, _] = self.volume_m3.map(|v| (v / total) as f32 * (1.0 - water));
+        let thin = (1.0 - blood - bile).max(0.0);
+        let fresh = BLOOD_PA_S * blood + BILE_PA_S * bile + WATER_PA_S * thin;
         fresh * (blood * self.age_s / THICKENS_S).min(12.0).exp()
     }
 
-    /// Velocity along the skin, m/s, from the thickness of the film here and its gradient at rest.
-    fn velocity(&self, up: Vec3, normal: Vec3, thick_m: f32, slope: Vec3) -> Vec3 {
+    /// Velocity along the skin, m/s, from the thickness of the film here, its share of water, and
+    /// its gradient at rest.
+    fn velocity(&self, up: Vec3, normal: Vec3, [thick_m, water]: [f32; 2], slope: Vec3) -> Vec3 {
         let level = normal.dot(up);
         let down = -(up - normal * level);
         let drives_pa = DENSITY_KG_M3 * GRAVITY_M_S2 * down.length() * thick_m;
         let film_m = thick_m.min(THICK_M);
         // Mean velocity of a film on a slope (Huppert 1982): ρ g h² / 3 μ.
         let per_slope =
-            DENSITY_KG_M3 * GRAVITY_M_S2 * film_m * film_m / (3.0 * self.viscosity_pa_s());
+            DENSITY_KG_M3 * GRAVITY_M_S2 * film_m * film_m / (3.0 * self.viscosity_pa_s(water));
         let runs = match drives_pa > HELD_PA {
             true => down * per_slope * (1.0 - HELD_PA / drives_pa),
             false => Vec3::ZERO,
@@ -124,6 +131,7 @@ impl Lying {
         self.age_s += step_s;
         let rest_m = Surface::at_rest(&self.place, skin);
         let (mut thick_m, slope) = field.thickness(rest_m);
+        let water = field.water_share(rest_m);
         // Outside of the window nobody sees the film; there it has its own thickness.
         let own_m = self.total_m3() as f32 * MIDDLE_PER_M3;
         thick_m = thick_m.max(own_m);
@@ -132,7 +140,7 @@ impl Lying {
         let slope = surface.carried(self.place.triangle, slope, skin);
         let velocity = match self.stands() {
             true => Vec3::ZERO,
-            false => self.velocity(up, normal, thick_m, slope),
+            false => self.velocity(up, normal, [thick_m, water], slope),
         };
         let before = self.place;
         let came_m = surface.walk(&mut self.place, velocity * step_s, skin);

@@ -20,7 +20,7 @@ impl Fluids {
     /// Lays the parcels whose triangles a cut has hidden on the nearest skin that is whole.
     pub(super) fn lay_anew(&mut self, skin: &Skin<'_>) {
         let mut known: Option<(usize, Option<Place>)> = None;
-        let mut lost = [0.0; 2];
+        let mut lost = [0.0; 3];
         self.lying.retain_mut(|it| {
             let corners = skin.triangles().get(it.place.triangle as usize);
             let [a, b, c] = corners.copied().unwrap_or_default();
@@ -41,7 +41,7 @@ impl Fluids {
             known = Some((vertex, place));
             match place {
                 Some(place) => it.place = place,
-                None => lost = [0, 1].map(|k| lost[k] + it.volume_m3[k]),
+                None => lost = core::array::from_fn(|k| lost[k] + it.volume_m3[k]),
             }
             place.is_some()
         });

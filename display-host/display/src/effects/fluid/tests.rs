@@ -45,15 +45,21 @@ fn leak(at_m: Vec3, ml_min: f32, pulses: bool) -> Effect {
 }
 
 /// Sum of all places, ml.
-fn everywhere(balance: &Balance) -> [f64; 2] {
-    [0, 1].map(|k| balance.lies_ml[k] + balance.falls_ml[k] + balance.gone_ml[k])
+fn everywhere(balance: &Balance) -> [f64; 3] {
+    let places = [
+        balance.lies_ml,
+        balance.falls_ml,
+        balance.gone_ml,
+        balance.jar_ml,
+    ];
+    [0, 1, 2].map(|k| places.iter().map(|it| it[k]).sum())
 }
 
 fn is_balanced(fluids: &Fluids) -> bool {
     let balance = fluids.balance();
-    let came = [0, 1].map(|k| balance.leaked_ml[k] + balance.emptied_ml[k]);
+    let came = [0, 1, 2].map(|k| balance.leaked_ml[k] + balance.emptied_ml[k]);
     let there = everywhere(&balance);
-    (0..2).all(|k| (came[k] - there[k]).abs() <= 1e-9 * came[k].max(1.0))
+    (0..3).all(|k| (came[k] - there[k]).abs() <= 1e-9 * came[k].max(1.0))
 }
 
 /// Plays a leak on a skin whose vertices all count as skin of organs, for `seconds`.
@@ -239,7 +245,7 @@ fn what_hangs_under_a_thin_tube_stays_there() {
     fluids.field = Some(Field::around(Vec3::ZERO));
     // Too little for a drop.
     let place = Place { triangle, weights };
-    fluids.lie(Lying::new(place, [1e-9, 0.0], 0.0), &skin);
+    fluids.lie(Lying::new(place, [1e-9, 0.0, 0.0], 0.0), &skin);
     for _ in 0..30 {
         fluids.begin_moment(&skin);
         fluids.step(0.033, &skin);
@@ -261,7 +267,7 @@ fn too_many_parcels_join_near_each_other() {
             triangle: number.wrapping_mul(7919) % triangles,
             weights: weights[number as usize % 3],
         };
-        fluids.lie(Lying::new(place, [1e-9, 0.0], 0.0), &skin);
+        fluids.lie(Lying::new(place, [1e-9, 0.0, 0.0], 0.0), &skin);
     }
     assert!(fluids.lying.len() <= LYING);
     let came_ml = 3e-3 * LYING as f64;
@@ -309,7 +315,7 @@ fn clotted_blood_stands_on_a_slope_and_under_a_ceiling() {
             triangle: skin.triangles().len() as u32 / 2,
             weights: [0.3, 0.3, 0.4],
         };
-        fluids.lie(Lying::new(place, [2e-8, 0.0], 600.0), &skin);
+        fluids.lie(Lying::new(place, [2e-8, 0.0, 0.0], 600.0), &skin);
         for _ in 0..30 {
             fluids.begin_moment(&skin);
             fluids.step(0.033, &skin);
@@ -379,10 +385,155 @@ fn memory_is_bounded_and_blood_mixes_with_bile() {
     let field = effects.fluids().field().expect("wet");
     let [xs, ys, zs] = field.wet().expect("wet");
     let mixed = (zs[0]..zs[1]).any(|z| {
-        (ys[0]..ys[1])
-            .any(|y| (xs[0]..xs[1]).any(|x| field.at([x, y, z]).thick_m.iter().all(|h| *h > 1e-4)))
+        (ys[0]..ys[1]).any(|y| {
+            (xs[0]..xs[1]).any(|x| field.at([x, y, z]).thick_m[..2].iter().all(|h| *h > 1e-4))
+        })
     });
     assert!(mixed);
+}
+
+#[test]
+fn blood_that_runs_far_from_its_leak_has_a_film() {
+    let mut mesh = SkinMesh::default();
+    add_sheet(&mut mesh, Vec3::ZERO, 0.3, 0.5);
+    let top = Vec3::new(-0.14, 0.07, 0.0);
+    let effects = played(&mut mesh, &[leak(top, 60.0, false)], 12.0, 0.05);
+    let skin = Skin::new(&mesh, &[], &[], &[]);
+    let fluids = effects.fluids();
+    let places = fluids.places(&skin);
+    let lowest = places.iter().max_by(|a, b| a.x.total_cmp(&b.x)).unwrap();
+    assert!(
+        lowest.distance(top) > 0.09,
+        "it ran {}",
+        lowest.distance(top)
+    );
+    let field = fluids.field().expect("wet");
+    // The mean lies in the window, however long the way is.
+    let mean_m = places.iter().sum::<Vec3>() / places.len() as f32;
+    assert!(field.covers(mean_m, mean_m), "{mean_m}");
+    let seen = places.iter().filter(|at| field.thickness(**at).0 > 0.0);
+    let share = seen.count() as f32 / places.len() as f32;
+    assert!(share > 0.5, "{share}");
+    assert!(is_balanced(fluids));
+}
+
+/// A jet or a mouth of the irrigator at `at_m`, which points down.
+fn irrigator(kind: Kind, at_m: Vec3, lasts_s: f32) -> Effect {
+    Effect {
+        kind,
+        at_m,
+        along: Vec3::NEG_Y,
+        lasts_s,
+        ..leak(at_m, 240.0, false)
+    }
+}
+
+/// Pours blood on a level sheet for two seconds, then works with the irrigator for as long.
+fn after_blood(kind: Kind, off: Vec3) -> (Effects, Balance) {
+    let mut mesh = SkinMesh::default();
+    add_sheet(&mut mesh, Vec3::ZERO, 0.06, 0.0);
+    let spheres = sphere_under(&mut mesh, Vec3::ZERO);
+    let skin = Skin::new(&mesh, &spheres.0, &spheres.1, &[]);
+    let mut effects = Effects::new(Vec3::Y);
+    let once = Effect {
+        lasts_s: 2.0,
+        ..leak(Vec3::ZERO, 30.0, false)
+    };
+    effects.begin(&once, &skin);
+    for _ in 0..40 {
+        effects.advance(0.05, &skin);
+    }
+    let before = effects.fluids().balance();
+    effects.begin(&irrigator(kind, off, 2.0), &skin);
+    for _ in 0..40 {
+        effects.advance(0.05, &skin);
+    }
+    assert!(
+        is_balanced(effects.fluids()),
+        "{:?}",
+        effects.fluids().balance()
+    );
+    (effects, before)
+}
+
+/// As [`sphere_at_rest`], with a sphere at a place of the skin, so that jets meet it.
+fn sphere_under(
+    mesh: &mut SkinMesh,
+    at: Vec3,
+) -> (
+    Vec<shared_mem::scene::SphereRecord>,
+    Vec<shared_mem::message::SphereState>,
+) {
+    let (mut rest, mut now) = sphere_at_rest(mesh);
+    for (rest, now) in rest.iter_mut().zip(&mut now) {
+        (rest.center_m, now.center_m) = (at.to_array(), at.to_array());
+        rest.radius_m = 0.002;
+    }
+    (rest, now)
+}
+
+#[test]
+fn suction_takes_what_is_near_its_mouth_into_the_jar_and_nothing_far_away() {
+    let (effects, before) = after_blood(Kind::Suction, Vec3::Y * 0.002);
+    let after = effects.fluids().balance();
+    assert!(before.lies_ml[0] > 0.4, "{before:?}");
+    let jar_ml = after.jar_ml[0];
+    assert!(
+        jar_ml > 0.5 * before.lies_ml[0],
+        "{jar_ml} ml of {before:?}"
+    );
+    assert!((effects.fluids().jar().0 - jar_ml).abs() < 1e-9);
+    let (far, _) = after_blood(Kind::Suction, Vec3::new(0.0, 0.03, 0.0));
+    assert!(far.fluids().balance().jar_ml[0] <= 0.0);
+}
+
+#[test]
+fn water_spreads_blood_and_thins_its_film() {
+    let (effects, before) = after_blood(Kind::Water, Vec3::Y * 0.02);
+    let after = effects.fluids().balance();
+    let water_ml = after.leaked_ml[2];
+    assert!(
+        (water_ml - 8.0).abs() < 0.1,
+        "240 ml/min for 2 s: {water_ml}"
+    );
+    assert!((after.leaked_ml[0] - before.leaked_ml[0]).abs() < 0.05);
+    let (dry, _) = after_blood(Kind::Suction, Vec3::Y * 0.04);
+    let thickest = |effects: &Effects| {
+        let field = effects.fluids().field().expect("wet");
+        let [xs, ys, zs] = field.wet().expect("wet");
+        let mut most = 0.0f32;
+        for z in zs[0]..zs[1] {
+            for y in ys[0]..ys[1] {
+                for x in xs[0]..xs[1] {
+                    most = most.max(field.at([x, y, z]).thick_m[0]);
+                }
+            }
+        }
+        most
+    };
+    let (rinsed, untouched) = (thickest(&effects), thickest(&dry));
+    assert!(rinsed < 0.7 * untouched, "{rinsed} of {untouched} m");
+}
+
+#[test]
+fn water_that_meets_no_tissue_falls_and_a_full_jar_takes_no_more() {
+    let mut mesh = SkinMesh::default();
+    let spheres = sphere_at_rest(&mut mesh);
+    let skin = Skin::new(&mesh, &spheres.0, &spheres.1, &[]);
+    let mut effects = Effects::new(Vec3::Y);
+    effects.begin(&irrigator(Kind::Water, Vec3::ZERO, 1.0), &skin);
+    for _ in 0..60 {
+        effects.advance(0.05, &skin);
+    }
+    let balance = effects.fluids().balance();
+    assert!(balance.gone_ml[2] > 3.5, "{balance:?}");
+    assert!(is_balanced(effects.fluids()));
+    let mut fluids = Fluids::new(Vec3::Y);
+    fluids.jar_m3 = [0.0, 0.0, 2e-3];
+    fluids.throw(Vec3::ZERO, Vec3::ZERO, [1e-8, 0.0, 0.0], 0.0);
+    fluids.suck(Vec3::ZERO, 1.0, &skin);
+    assert_eq!(fluids.counts(), [0, 1]);
+    assert!((fluids.jar().1 - 1.0).abs() < 1e-9);
 }
 
 proptest! {
@@ -392,13 +543,18 @@ proptest! {
     fn what_left_a_vessel_is_somewhere(
         slope in -2.0f32..2.0, ml_min in 0.5f32..300.0, pulses: bool, seconds in 0.1f32..6.0,
         frame_s in 0.02f32..1.0, along in any::<[f32; 3]>(), lasts_s in 0.2f32..3.0,
+        rinses: bool, sucks: bool, off in -0.02f32..0.02,
     ) {
         let mut mesh = SkinMesh::default();
         add_sheet(&mut mesh, Vec3::ZERO, 0.03, slope);
         add_sheet(&mut mesh, Vec3::NEG_Y * 0.05, 0.03, 0.0);
         let start = leak(Vec3::ZERO, ml_min, pulses);
         let empties = Effect { lasts_s, kind: Kind::Bile, along: along.into(), ..start };
-        let effects = played(&mut mesh, &[start, empties], seconds, frame_s);
+        let mut all = vec![start, empties];
+        let mouth = Vec3::new(off, 0.01 - slope * off, 0.0);
+        all.extend(rinses.then(|| irrigator(Kind::Water, mouth, lasts_s)));
+        all.extend(sucks.then(|| irrigator(Kind::Suction, mouth, lasts_s)));
+        let effects = played(&mut mesh, &all, seconds, frame_s);
         prop_assert!(is_balanced(effects.fluids()), "{:?}", effects.fluids().balance());
         let [lying, falling] = effects.fluids().counts();
         prop_assert!(lying <= LYING && falling <= FALLING);

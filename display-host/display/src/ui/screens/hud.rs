@@ -1,7 +1,7 @@
 //! Head-up display during a task: time, instrument, clips, pedal, alarm, next step.
 
 use egui::{Align2, Color32, Frame, Rect, RichText, Ui, vec2};
-use shared_mem::words::Switches;
+use shared_mem::words::{Instrument, Switches};
 
 use super::super::task::{self, TaskEnd, TaskNote, TaskView};
 use super::super::widgets::{Mark, line};
@@ -66,20 +66,39 @@ fn stands(ui: &Ui, place: Rect, state: &UiState, task: &TaskView) {
         ui.label(task::title(words, task));
         let Some(tools) = &state.tools else { return };
         big(ui, &words.say(instrument_id(tools.instrument)));
-        let clips = tools.clips_left.to_string().into();
-        ui.label(words.say_with("hud-clips", &[("count", clips)]));
-        let pedal =
-            match [Switches::CUT, Switches::COAGULATE].map(|it| tools.switches().contains(it)) {
+        let pedals = [Switches::CUT, Switches::COAGULATE].map(|it| tools.switches().contains(it));
+        if tools.has(Instrument::Irrigator) {
+            irrigator(ui, state, pedals);
+        } else {
+            let clips = tools.clips_left.to_string().into();
+            ui.label(words.say_with("hud-clips", &[("count", clips)]));
+            ui.label(words.say(match pedals {
                 [false, false] => "hud-pedal-none",
                 [true, false] => "hud-pedal-cut",
                 [false, true] => "hud-pedal-coagulate",
                 [true, true] => "hud-pedal-both",
-            };
-        ui.label(words.say(pedal));
+            }));
+        }
         if tools.switches().contains(Switches::CAMERA_LOCK) {
             ui.label(words.say("hud-camera-held"));
         }
     });
+}
+
+/// Shows what the irrigator does, and the volume in its jar.
+fn irrigator(ui: &mut Ui, state: &UiState, pedals: [bool; 2]) {
+    let words = &state.words;
+    ui.label(words.say(match pedals {
+        [false, false] => "hud-irrigator-none",
+        [true, false] => "hud-irrigator-rinses",
+        [false, true] => "hud-irrigator-sucks",
+        [true, true] => "hud-irrigator-both",
+    }));
+    let ml = words.number(state.jar_ml.into(), 0).into();
+    ui.label(words.say_with("hud-jar", &[("ml", ml)]));
+    if state.jar_is_full {
+        line(ui, Mark::Care, &words.say("hud-jar-full"));
+    }
 }
 
 /// Shows the latest error in the middle, or on the right if the middle has too little room.

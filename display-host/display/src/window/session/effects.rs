@@ -18,7 +18,7 @@ impl Session {
         // frame says.
         let works = self.is_live() && !self.ui.is_paused();
         if let Some((state, tools)) = self.moment().filter(|_| works) {
-            let burnt = self.causes.electrode(state, tools, seconds.min(0.2));
+            let burnt = self.causes.work(state, tools, seconds.min(0.2));
             effects.extend(burnt.into_iter().map(|it| (state.tick, it)));
         }
         effects

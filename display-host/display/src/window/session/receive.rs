@@ -148,7 +148,10 @@ impl Session {
             return;
         }
         let tools = self.feed.tools().filter(|_| self.ui.link == Link::Live);
-        self.heard.current = match tools.map_or(words::Current::Off, |t| t.switches().current()) {
+        // The irrigator's pedals open valves, and no current hums.
+        let electric = tools.filter(|it| !it.has(words::Instrument::Irrigator));
+        let current = electric.map(|it| it.switches().current());
+        self.heard.current = match current.unwrap_or(words::Current::Off) {
             words::Current::Cut => Current::Cut,
             words::Current::Coagulate => Current::Coagulate,
             words::Current::Off => Current::Off,

@@ -20,7 +20,7 @@ const RADIUS_SHARE: f32 = 0.5;
 /// Contact area of an electrode with a cell, m².
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TouchedCell {
-    cell: u16,
+    pub(crate) cell: u16,
     pub(crate) organ: u8,
     pub(crate) area_m2: f32,
 }

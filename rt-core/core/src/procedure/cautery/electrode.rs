@@ -84,6 +84,11 @@ impl Electrode {
         (self.ends_m[0] + self.ends_m[1]) * 0.5
     }
 
+    /// Distance of a place from the electrode's axis, m.
+    pub(crate) fn distance_m(&self, at_m: &Vec3) -> f32 {
+        distance_m(&self.ends_m, &[*at_m; 2])
+    }
+
     /// Diameter, m.
     pub(crate) fn diameter_m(&self) -> f32 {
         2.0 * self.radius_m

@@ -12,6 +12,7 @@ mod burn;
 mod electrode;
 mod wall;
 
+pub(crate) use burn::TouchedCell;
 pub(crate) use electrode::{Dose, Electrode};
 
 use heapless::Vec;
@@ -19,7 +20,6 @@ use heapless::Vec;
 use crate::capacity::MAX_ORGANS;
 use crate::contact::contact_force::ContactForce;
 use crate::math::Vec3;
-use crate::procedure::cautery::burn::TouchedCell;
 use crate::procedure::journal::Journal;
 use crate::procedure::vessel::Vessels;
 use crate::scene::Scene;
@@ -47,9 +47,54 @@ pub(crate) struct Cautery {
     walls: Walls,
 }
 
+/// Energy of a tick's current by what took it.
+#[derive(Debug, Clone)]
+pub(crate) struct Shares {
+    pub(crate) dose: Dose,
+    touched_m2: f32,
+    /// Links of tubes, and the energy that has desiccated each, J.
+    pub(crate) links: Vec<(u32, f32), DESICCATED_LINKS_MAX>,
+    /// Area of each organ's surface, m².
+    pub(crate) surfaces_m2: [f32; MAX_ORGANS],
+    /// Area of links and attachments, m².
+    other_m2: f32,
+}
+
+impl Shares {
+    /// Energy that becomes heat near the tip, J: half of the generator's.
+    pub(crate) fn near_j(&self) -> f32 {
+        self.dose.total_j_m2() * self.touched_m2
+    }
+
+    /// Energy that divides tissue, J.
+    pub(crate) fn dividing_j(&self) -> f32 {
+        self.dose.dividing_j_m2 * self.touched_m2
+    }
+
+    /// Energy that has desiccated links of tubes, J.
+    fn links_j(&self) -> f32 {
+        self.links.iter().map(|(_, energy_j)| energy_j).sum()
+    }
+
+    /// Energy that has desiccated attachments, J.
+    pub(crate) fn other_drying_j(&self) -> f32 {
+        (self.dose.drying_j_m2 * self.other_m2 - self.links_j()).max(0.0)
+    }
+
+    /// Share of the touched area that belongs to links of tubes.
+    pub(crate) fn tube_share(&self) -> f32 {
+        let whole_j = self.dose.drying_j_m2 * self.touched_m2;
+        if whole_j > 0.0 {
+            (self.links_j() / whole_j).min(1.0)
+        } else {
+            0.0
+        }
+    }
+}
+
 impl Cautery {
     /// Applies a tick of current through `electrode`, which touches tissue at `contacts`, and
-    /// touches `cells`.
+    /// touches `cells`. Returns what the energy went to, unless the tip touches nothing.
     pub(crate) fn burn(
         &mut self,
         electrode: &Electrode,
@@ -58,7 +103,7 @@ impl Cautery {
         bodies: &mut Bodies,
         vessels: &mut Vessels,
         journal: &mut Journal,
-    ) {
+    ) -> Option<Shares> {
         let mut surfaces = touched_surfaces(electrode, contacts, scene);
         for cell in cells {
             // An organ with cells absorbs heat by its cells, not by its surface.
@@ -71,12 +116,10 @@ impl Cautery {
         let layered = layered(scene, bodies);
         let bars_m2 = touched_bars_m2(electrode, &layered, scene, bodies);
         let touched_m2 = bars_m2 + surfaces_m2 + cells_m2;
-        let Some(dose) = electrode.dose(touched_m2) else {
-            return;
-        };
+        let dose = electrode.dose(touched_m2)?;
         self.at_m = electrode.middle_m();
         let mut areas_m2 = surfaces;
-        let mut desiccated: Vec<(u32, f32), DESICCATED_LINKS_MAX> = Vec::new();
+        let mut links: Vec<(u32, f32), DESICCATED_LINKS_MAX> = Vec::new();
         let severed = |severed: Severed| {
             vessels.mark_changed();
             journal.raise(severed.event(EventKind::Cut));
@@ -94,12 +137,12 @@ impl Cautery {
                 *area_m2 += bar.area_m2 * touched;
             }
             if let Some(link) = bar.link {
-                let _ = desiccated.push((link, dose.drying_j_m2 * bar.area_m2 * touched));
+                let _ = links.push((link, dose.drying_j_m2 * bar.area_m2 * touched));
             }
             bar.damage_after_burn(damage, dose.boiled_share() * touched)
         });
-        for (link, energy_j) in desiccated {
-            if let Some(link) = scene.links.get(link as usize) {
+        for (link, energy_j) in &links {
+            if let Some(link) = scene.links.get(*link as usize) {
                 vessels.desiccate(link.a, 0.5 * energy_j, scene, bodies);
                 vessels.desiccate(link.b, 0.5 * energy_j, scene, bodies);
             }
@@ -132,6 +175,13 @@ impl Cautery {
                 });
             }
         }
+        Some(Shares {
+            dose,
+            touched_m2,
+            links,
+            surfaces_m2: surfaces,
+            other_m2: touched_m2 - surfaces_m2 - cells_m2,
+        })
     }
 
     /// Raises the burn events when they are due, and when the current `is_off`.
