@@ -101,6 +101,8 @@ impl Station {
         }
         let demand = Demand {
             opening_n: 0.0,
+            trocar_n: Vec3::zeros(),
+            trocar_n_m: 0.0,
             force_n: Vec3::new(300.0, -200.0, 100.0),
             torque_nm: Vec3::new(1.0, 1.0, 1.0),
             stiffness_n_m: 100.0,

@@ -92,6 +92,7 @@ fn tiny_scene() -> SceneData {
     };
     SceneData {
         room: Some(room),
+        trocar: None,
         organs: vec![organ],
         spheres: vec![sphere(0.0), sphere(0.01), sphere(0.02), sphere(0.03)],
         links: vec![LinkRecord {
@@ -210,7 +211,7 @@ type Fault = (&'static str, fn(&mut SceneData));
 
 #[test]
 fn every_fault_is_refused_and_named() {
-    let faults: [Fault; 39] = [
+    let faults: [Fault; 42] = [
         ("kind", |s| s.organs[0].kind = 99),
         ("name", |s| s.organs[0].name = [0; 32]),
         ("poisson", |s| s.organs[0].material.poisson = 0.5),

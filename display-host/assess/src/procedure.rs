@@ -248,11 +248,13 @@ impl Procedure {
                 }
             }
             // Heat from beside has destroyed a wall that the tip need not have touched.
-            Ok(Event::Seared { .. }) if rules.must_not_burn(kind) && !is_opened => {
-                if self.is_new(AlarmKind::Burnt, event.organ, at_s, rules) {
-                    self.burns_wrong += 1;
-                    say(AlarmKind::Burnt);
-                }
+            Ok(Event::Seared { .. })
+                if rules.must_not_burn(kind)
+                    && !is_opened
+                    && self.is_new(AlarmKind::Burnt, event.organ, at_s, rules) =>
+            {
+                self.burns_wrong += 1;
+                say(AlarmKind::Burnt);
             }
             Ok(Event::Clip { number }) => match vessel {
                 Some(which) => {

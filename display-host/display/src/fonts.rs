@@ -217,13 +217,13 @@ mod tests {
         std::fs::create_dir(&inner).unwrap();
         std::fs::write(inner.join("a-sans.ttf"), b"no font").unwrap();
         let fonts = egui::FontDefinitions::default();
-        let ubuntu = &fonts.font_data["Ubuntu-Light"];
-        std::fs::write(inner.join("b-sans.ttf"), &ubuntu.font).unwrap();
-        std::fs::write(inner.join("readme.txt"), &ubuntu.font).unwrap();
+        let ubuntu: &[u8] = (*fonts.font_data["Ubuntu-Light"].font).as_ref();
+        std::fs::write(inner.join("b-sans.ttf"), ubuntu).unwrap();
+        std::fs::write(inner.join("readme.txt"), ubuntu).unwrap();
         let system = SystemFonts::of(vec![folder.path().to_owned(), "/nowhere".into()]);
         let (name, bytes, number) = system.with('\u{416}').expect("it has Cyrillic letters");
         assert!(name.ends_with("b-sans.ttf#0"), "{name}");
-        assert_eq!((bytes.len(), number), (ubuntu.font.len(), 0));
+        assert_eq!((bytes.len(), number), (ubuntu.len(), 0));
         assert!(system.with('\u{65E5}').is_none(), "it has no Chinese ones");
         let missing = system.found.lock().unwrap().missing.len();
         assert!(system.with('\u{65E6}').is_none());

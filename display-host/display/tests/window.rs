@@ -13,7 +13,6 @@ use display_host::DisplayError;
 use display_host::headless::{Ended, Observed};
 use display_host::latency::now_ns;
 use display_host::window::{WindowConfig, run};
-use display_host::words::Language;
 use shared_mem::service::{Controller, Station};
 
 /// Resolution of the skins, in both processes.

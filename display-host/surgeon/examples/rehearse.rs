@@ -1,9 +1,10 @@
 //! Runs a scripted surgeon on a task in the simulation alone, faster than real time. If the file
 //! SCENE.calot does not exist, the scene of Calot's triangle is compiled into it. `patient:NAME`
-//! and `patient:SEED` stand for a patient, who is prepared anew. LATE_MS delays what the surgeon
-//! sees, as a display would. KEPT.inputs receives the simulation's inputs. In
-//! `hang+full`, the surgeon first places the sutures, then performs `full`. In `cleared+identify`,
-//! triangle and lower bed are cleared from the start, and the views remain to be shown.
+//! and `patient:SEED` stand for a patient, and `phantom` for the phantom, prepared anew. LATE_MS
+//! delays what the surgeon sees, as a display would. KEPT.inputs receives the simulation's inputs.
+//! In `hang+full`, the surgeon first places the sutures, then performs `full`. In
+//! `cleared+identify`, triangle and lower bed are cleared from the start, and the views remain to be
+//! shown.
 //!
 //! ```text
 //! cargo run --release -p surgeon --example rehearse -- \
@@ -35,6 +36,9 @@ const SAY_EVERY_S: f64 = 10.0;
 fn scene_of(word: &str) -> SceneFile {
     if let Some(patient) = word.strip_prefix(PREFIX) {
         return theatre::patient(patient);
+    }
+    if word == "phantom" {
+        return theatre::phantom();
     }
     let file = Path::new(word);
     if !file.exists() {

@@ -237,6 +237,7 @@ fn organ(spheres: usize, links: usize) -> Organ {
 
 fn room() -> Room {
     Room {
+        trocar: rt_core::scene::Trocar::NONE,
         gravity_m_s2: Vec3::new(0.0, 0.0, -9.81),
         world_from_device: Pose::identity(),
         world_from_tracker: Pose::identity(),

@@ -62,6 +62,8 @@ mod tests {
 
     use super::*;
 
+    type Change = fn(&mut ToolFrame);
+
     fn at_rest() -> ToolFrame {
         ToolFrame {
             world_from_instrument: PoseMsg::IDENTITY,
@@ -72,12 +74,12 @@ mod tests {
 
     #[test]
     fn noise_and_waiting_are_no_move_and_everything_that_a_hand_does_is_one() {
-        let moves: [(&str, fn(&mut ToolFrame)); 6] = [
+        let moves: [(&str, Change); 6] = [
             ("instrument", |it| {
-                it.world_from_instrument.position_m[0] = 0.003
+                it.world_from_instrument.position_m[0] = 0.003;
             }),
             ("endoscope", |it| {
-                it.world_from_camera.position_m[2] = -0.003
+                it.world_from_camera.position_m[2] = -0.003;
             }),
             ("roll", |it| {
                 it.world_from_instrument.orientation = [0.0, 0.0, 0.05, 0.998_749];

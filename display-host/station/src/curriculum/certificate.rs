@@ -62,9 +62,9 @@ pub(super) fn page(trainee: &str, is_all: bool, levels: &[Level<'_>], words: &Wo
         page.push_str("</table>");
     }
     let version = concat!("Calot ", env!("CARGO_PKG_VERSION"));
-    let _ = write!(
+    let _ = writeln!(
         page,
-        "<footer><p>{}</p><p>{version}</p></footer></main></body></html>\n",
+        "<footer><p>{}</p><p>{version}</p></footer></main></body></html>",
         say("certificate-note")
     );
     page

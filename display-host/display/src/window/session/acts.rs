@@ -167,11 +167,7 @@ mod tests {
 
     #[test]
     fn a_mark_moves_with_the_tissue_and_stays_where_there_is_none() {
-        let sphere = |center_m| SphereState {
-            center_m,
-            bits: 0,
-            ..bytemuck::Zeroable::zeroed()
-        };
+        let sphere = |center_m| SphereState { center_m, bits: 0 };
         let then = [sphere([0.0; 3]), sphere([0.05, 0.0, 0.0])];
         let mark = StuckMark::at(Vec3::new(0.045, 0.003, 0.0), &then);
         assert_eq!(mark.to.map(|it| it.0), Some(1));

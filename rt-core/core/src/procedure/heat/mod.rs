@@ -7,9 +7,9 @@
 //!
 //! | stage | does |
 //! |---|---|
-//! | [`current`] | turns a tick's current into heat: under the tip, around it, and along tubes |
-//! | [`conduction`] | lets heat flow along links and attachments |
-//! | `advance` | lets blood carry heat off, boils water, sums damage ([`arrhenius`]) |
+//! | `current` | turns a tick's current into heat: under the tip, around it, and along tubes |
+//! | `conduction` | lets heat flow along links and attachments |
+//! | `advance` | lets blood carry heat off, boils water, sums damage (`arrhenius`) |
 //!
 //! # Balance
 //!
@@ -19,8 +19,8 @@
 //!
 //! # Cost
 //!
-//! Heat moves by millimetres in seconds, so a tick takes only every [`TURNS`]th link, attachment
-//! and sphere, with a step of [`TURNS`] ticks. While nothing is warm, a tick does nothing.
+//! Heat moves by millimetres in seconds, so a tick takes only every `TURNS`th link, attachment
+//! and sphere, with a step of `TURNS` ticks. While nothing is warm, a tick does nothing.
 //!
 //! # Effects
 //!
@@ -78,7 +78,7 @@ pub struct Balance {
 }
 
 /// Temperature and damage of the tissue at a sphere, in bytes, for the display. Renewed once in
-/// [`TURNS`] ticks.
+/// `TURNS` ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct HeatCode {
     /// Temperature above the body's, K; 255 stands for more, too.
