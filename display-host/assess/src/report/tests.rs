@@ -130,7 +130,7 @@ fn a_page_tells_the_volumes_in_the_suction_s_jar() {
         }
         html(&[sucked], &Ids)
     };
-    assert!(page(12.0).contains("page-jar blood=12 bile=0 water=24 left=1.5"));
+    assert!(page(12.0).contains("page-jar blood=12.0 bile=0.0 water=24.0 left=1.5"));
     assert!(!page(0.0).contains("page-jar"));
 }
 

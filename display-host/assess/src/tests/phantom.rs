@@ -25,6 +25,17 @@ fn drills() -> Assessment {
     Assessment::new(Task::Phantom, Difficulty::Beginner, rules, anatomy)
 }
 
+/// Tools at rest, with the tip 10 cm before the endoscope.
+fn seen(tip_m: [f32; 3]) -> Movement {
+    let [x, y, z] = tip_m;
+    let mut camera = PoseMsg::IDENTITY;
+    camera.position_m = [x, y, z + 0.1];
+    Movement {
+        world_from_camera: camera,
+        ..here(tip_m)
+    }
+}
+
 fn done(assessment: &Assessment) -> usize {
     let steps = assessment.status().steps;
     assert_eq!(steps.len(), 7);
@@ -35,7 +46,7 @@ fn done(assessment: &Assessment) -> usize {
 fn each_drill_begins_after_the_one_before() {
     let mut it = drills();
     let far = [0.1, 0.0, 0.0];
-    it.take(&moved(0.0, here(far)));
+    it.take(&moved(0.0, seen(far)));
     let mut at_s = 0.0;
     let mut raise = |it: &mut Assessment, kind: EventKind, name: &str, value: f32| {
         at_s += 0.1;
@@ -57,19 +68,19 @@ fn each_drill_begins_after_the_one_before() {
 
     // What the jaws hold matters, and where they are.
     let near = [0.013, 0.0, 0.0];
-    it.take(&moved(1.0, here(near)));
+    it.take(&moved(1.0, seen(near)));
     assert_eq!(done(&it), 3, "empty jaws");
     raise(&mut it, EventKind::Grasp, "board", 3.0);
-    it.take(&moved(1.1, here(near)));
+    it.take(&moved(1.1, seen(near)));
     assert_eq!(done(&it), 3, "the board");
     raise(&mut it, EventKind::Grasp, "rope", 3.0);
-    it.take(&moved(1.2, here([0.015, 0.0, 0.0])));
+    it.take(&moved(1.2, seen([0.015, 0.0, 0.0])));
     assert_eq!(done(&it), 3, "too far");
     raise(&mut it, EventKind::LetGo, "rope", 3.0);
-    it.take(&moved(1.3, here(near)));
+    it.take(&moved(1.3, seen(near)));
     assert_eq!(done(&it), 3, "let go before");
     raise(&mut it, EventKind::Grasp, "rope", 3.0);
-    it.take(&moved(1.4, here(near)));
+    it.take(&moved(1.4, seen(near)));
     assert_eq!(done(&it), 4);
 
     clip(&mut it, 2.0, part("tube"), 0.0, 0.0);
@@ -80,7 +91,7 @@ fn each_drill_begins_after_the_one_before() {
     cut(&mut it, 2.2, part("tube"));
     assert_eq!(done(&it), 6);
     remove(&mut it, 0..1);
-    it.take(&moved(2.5, here(far)));
+    it.take(&moved(2.5, seen(far)));
     assert!(it.is_over(), "one of twenty cells");
     let status = it.status();
     assert_eq!(status.outcome, Outcome::Passed, "{:?}", status.reasons);
@@ -89,7 +100,7 @@ fn each_drill_begins_after_the_one_before() {
 #[test]
 fn a_cut_without_clips_fails_the_drills() {
     let mut it = drills();
-    it.take(&moved(0.0, here([0.0; 3])));
+    it.take(&moved(0.0, seen([0.0; 3])));
     cut_open(&mut it, 0.5, part("tube"), 1.0);
     assert_eq!(it.status().outcome, Outcome::Failed);
 }

@@ -395,6 +395,10 @@ proptest! {
 /// Tools with the irrigator's tip at the origin, which points down.
 fn irrigator(switches: Switches) -> ToolFrame {
     let mut tools: ToolFrame = bytemuck::Zeroable::zeroed();
+    // A frame whose poses are not unit quaternions has no capsules.
+    tools.world_from_handle.orientation[3] = 1.0;
+    tools.world_from_instrument = tools.world_from_handle;
+    tools.world_from_camera = tools.world_from_handle;
     tools.instrument = Instrument::Irrigator.number();
     tools.switches = switches.bits();
     tools.capsule_count = 1;

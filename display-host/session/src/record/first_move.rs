@@ -66,6 +66,7 @@ mod tests {
 
     fn at_rest() -> ToolFrame {
         ToolFrame {
+            world_from_handle: PoseMsg::IDENTITY,
             world_from_instrument: PoseMsg::IDENTITY,
             world_from_camera: PoseMsg::IDENTITY,
             ..ToolFrame::zeroed()

@@ -413,6 +413,16 @@ fn blood_that_runs_far_from_its_leak_has_a_film() {
     assert!(field.covers(mean_m, mean_m), "{mean_m}");
     let seen = places.iter().filter(|at| field.thickness(**at).0 > 0.0);
     let share = seen.count() as f32 / places.len() as f32;
+    {
+        let mut bins = [(0, 0, 0.0f64); 16];
+        for (it, at) in fluids.lying.iter().zip(&places) {
+            let b = (((at.x + 0.15) / 0.02) as usize).min(15);
+            bins[b].0 += 1;
+            bins[b].1 += u32::from(field.thickness(*at).0 > 0.0);
+            bins[b].2 += it.total_m3() * 1e6;
+        }
+        println!("DBG bins {bins:?} low {} mean {mean_m} {:?}", field.low_m(), fluids.balance());
+    }
     assert!(share > 0.5, "{share}");
     assert!(is_balanced(fluids));
 }
@@ -470,6 +480,44 @@ fn sphere_under(
         rest.radius_m = 0.002;
     }
     (rest, now)
+}
+
+#[test]
+fn dbg_suction() {
+    for off in [0.0, 0.004, 0.01] {
+        let mut mesh = SkinMesh::default();
+        add_sheet(&mut mesh, Vec3::ZERO, 0.06, 0.0);
+        let spheres = sphere_under(&mut mesh, Vec3::ZERO);
+        let skin = Skin::new(&mesh, &spheres.0, &spheres.1, &[]);
+        let mut effects = Effects::new(Vec3::Y);
+        let once = Effect { lasts_s: 2.0, ..leak(Vec3::ZERO, 30.0, false) };
+        effects.begin(&once, &skin);
+        for _ in 0..40 {
+            effects.advance(0.05, &skin);
+        }
+        let show = |effects: &Effects| {
+            let fluids = effects.fluids();
+            let places = fluids.places(&skin);
+            let mut bins = [(0, 0.0f64, 0.0f32); 12];
+            for (it, at) in fluids.lying.iter().zip(&places) {
+                let b = ((at.length() / 0.002) as usize).min(11);
+                bins[b].0 += 1;
+                bins[b].1 += it.total_m3() * 1e6;
+                bins[b].2 = bins[b].2.max(1e3 * fluids.field().unwrap().thickness(*at).0);
+            }
+            println!("DBG {bins:.3?} jar {:?}", fluids.jar());
+        };
+        show(&effects);
+        let at = Vec3::new(off, 0.002, 0.0);
+        effects.begin(&irrigator(Kind::Suction, at, 20.0), &skin);
+        for t in 0..200 {
+            effects.advance(0.05, &skin);
+            if [1, 9, 19, 39, 79, 199].contains(&t) {
+                print!("t {t} ");
+                show(&effects);
+            }
+        }
+    }
 }
 
 #[test]
