@@ -247,9 +247,10 @@ impl Procedure {
                     say(AlarmKind::Burnt);
                 }
             }
-            // Heat from beside has destroyed a wall that the tip need not have touched.
+            // Heat from beside has destroyed a wall that the tip need not have touched. Cystic duct
+            // and artery are divided anyway, so only structures that can be injured count.
             Ok(Event::Seared { .. })
-                if rules.must_not_burn(kind)
+                if kind.is_some_and(|kind| rules.is_injured_by_heat(kind))
                     && !is_opened
                     && self.is_new(AlarmKind::Burnt, event.organ, at_s, rules) =>
             {

@@ -21,6 +21,8 @@ const BLOCK_BITS: u32 = 7;
 
 /// Adds the fonts of this computer to an interface.
 pub fn add(context: &egui::Context) {
+    // A character without a font is a box, so that no name ends the program.
+    context.set_missing_glyph_policy(egui::MissingGlyphPolicy::Tofu);
     context.add_font_provider(Arc::new(SystemFonts::of(folders(|name| {
         std::env::var_os(name)
     }))));

@@ -1,4 +1,5 @@
-//! Cohort and consent as they were told, and when. The later telling counts, whichever store heard it.
+//! Cohort and consent as they were told, and when. The later telling counts, whichever store heard
+//! it.
 
 use rusqlite::Row;
 

@@ -3,8 +3,8 @@
 //! and `patient:SEED` stand for a patient, and `phantom` for the phantom, prepared anew. LATE_MS
 //! delays what the surgeon sees, as a display would. KEPT.inputs receives the simulation's inputs.
 //! In `hang+full`, the surgeon first places the sutures, then performs `full`. In
-//! `cleared+identify`, triangle and lower bed are cleared from the start, and the views remain to be
-//! shown.
+//! `cleared+identify`, triangle and lower bed are cleared from the start, and the views remain to
+//! be shown.
 //!
 //! ```text
 //! cargo run --release -p surgeon --example rehearse -- \

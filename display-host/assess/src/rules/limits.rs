@@ -72,6 +72,11 @@ impl Rules {
         kind.is_some_and(|kind| self.burn.contains(&kind))
     }
 
+    /// True if heat injures this kind of organ before it opens a hole.
+    pub(crate) fn is_injured_by_heat(&self, kind: OrganKind) -> bool {
+        self.injury(kind).is_some_and(|it| it.burn_j.is_finite())
+    }
+
     /// Rule for the injuries of this kind of organ.
     pub(crate) fn injury(&self, kind: OrganKind) -> Option<&InjuryRule> {
         self.injuries.iter().find(|it| it.organ == kind)

@@ -164,6 +164,9 @@ fn a_bile_duct_that_heat_destroyed_from_beside_rules_out_a_pass() {
     assert!(!assessed.injuries[0].ends_task);
     let burnt = |it: &&Alarm| it.kind == AlarmKind::Burnt;
     assert_eq!(assessed.alarms.iter().filter(burnt).count(), 1);
+    // The cystic duct is divided anyway.
+    let assessed = clamp_after(&seared(DUCT)).end();
+    assert_eq!(assessed.alarms.iter().filter(burnt).count(), 0);
     // The liver may be burnt.
     let assessed = clamp_after(&seared(LIVER)).end();
     assert_eq!(assessed.outcome, Outcome::Passed);

@@ -7,7 +7,7 @@ use shared_mem::words::{Instrument, Switches};
 
 use super::screens;
 use super::station::{controller, devices, passes, ticks};
-use super::widgets::{CARE, Mark, fine, line, sized};
+use super::widgets::{CARE, Mark, fine, folded, line, sized};
 use super::{
     Asked, Link, UiState, alarms, asked, instructor, instrument_id, recording, replay, task, theme,
 };
@@ -299,13 +299,11 @@ fn gates(ui: &mut Ui, state: &UiState) {
     let words = &state.words;
     let total: u64 = state.health.gates().map(|(_, count)| count).sum();
     let title = words.say_with("gates", &[("count", total.to_string().into())]);
-    egui::CollapsingHeader::new(title)
-        .id_salt("gates")
-        .show(ui, |ui| {
-            for (name, count) in state.health.gates() {
-                let what = words.say(&format!("gate-{}", name.replace('_', "-")));
-                let values = [("count", count.to_string().into()), ("what", what.into())];
-                ui.label(words.say_with("gate", &values));
-            }
-        });
+    folded(ui, "gates", title, |ui| {
+        for (name, count) in state.health.gates() {
+            let what = words.say(&format!("gate-{}", name.replace('_', "-")));
+            let values = [("count", count.to_string().into()), ("what", what.into())];
+            ui.label(words.say_with("gate", &values));
+        }
+    });
 }

@@ -4,7 +4,7 @@ use egui::{RichText, Ui};
 use egui_plot::{Bar, BarChart, Plot};
 use shared_mem::message::DeviceHealth;
 
-use super::widgets::{GOOD, Mark, line};
+use super::widgets::{GOOD, Mark, folded, line};
 use super::{Link, UiState};
 use crate::words::Words;
 
@@ -139,13 +139,12 @@ pub(super) fn passes(ui: &mut Ui, state: &UiState) {
     let total: f32 = times.iter().sum();
     let words = &state.words;
     let total = words.number(total.into(), 1).into();
-    egui::CollapsingHeader::new(words.say_with("graphics", &[("ms", total)]))
-        .id_salt("passes")
-        .show(ui, |ui| {
-            for (name, ms) in crate::render::timing::PASSES.iter().zip(times) {
-                let name = words.say(&format!("pass-{name}"));
-                let ms = words.number(ms.into(), 2);
-                ui.label(words.say_with("pass-time", &[("name", name.into()), ("ms", ms.into())]));
-            }
-        });
+    let title = words.say_with("graphics", &[("ms", total)]);
+    folded(ui, "passes", title, |ui| {
+        for (name, ms) in crate::render::timing::PASSES.iter().zip(times) {
+            let name = words.say(&format!("pass-{name}"));
+            let ms = words.number(ms.into(), 2);
+            ui.label(words.say_with("pass-time", &[("name", name.into()), ("ms", ms.into())]));
+        }
+    });
 }

@@ -1,7 +1,7 @@
 //! Widgets that all parts of the interface share. Every state shows by a word or a shape, never by
 //! colour alone.
 
-use egui::{Color32, FontId, Sense, Stroke, TextStyle, Ui, vec2};
+use egui::{CollapsingHeader, Color32, FontId, Sense, Stroke, TextStyle, Ui, vec2};
 
 /// Size of small text, points.
 const FINE: f32 = 13.5;
@@ -47,6 +47,20 @@ pub(super) fn line(ui: &mut Ui, mark: Mark, text: &str) {
         sign(ui, mark);
         ui.label(text);
     });
+}
+
+/// Adds a heading whose click shows or hides more widgets. The heading wraps, which that of a
+/// [`CollapsingHeader`] does not by itself.
+pub(super) fn folded(ui: &mut Ui, id: &'static str, title: String, add: impl FnOnce(&mut Ui)) {
+    let font = TextStyle::Button.resolve(ui.style());
+    let spacing = ui.spacing();
+    let width = ui.available_width() - spacing.indent - 2.0 * spacing.button_padding.x;
+    let galley = ui.painter().layout(title, font, Color32::WHITE, width);
+    let rows: Vec<String> = galley.rows.iter().map(|row| row.text()).collect();
+    let rows: Vec<&str> = rows.iter().map(|row| row.trim_end()).collect();
+    CollapsingHeader::new(rows.join("\n"))
+        .id_salt(id)
+        .show(ui, add);
 }
 
 /// Adds the mark of a state alone.

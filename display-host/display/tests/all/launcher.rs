@@ -36,7 +36,9 @@ fn harness_in(language: Language, screen: Screen) -> Harness<'static, Seen> {
         }
         seen.wishes.extend(wishes);
     };
+    // As in the product, a character without a font is a box.
     Harness::builder()
+        .allow_missing_glyphs()
         .with_size([1280.0, 860.0])
         .build_ui_state(show, seen)
 }

@@ -72,10 +72,11 @@ fn a_press_feels_tissue_and_seal_together() {
         let mut bench = Bench::new();
         move_tip(&mut sim, &mut bench, &AWAY, &PRESSED, 2000, NONE);
         hold_tip(&mut sim, &mut bench, &PRESSED, 20, NONE);
-        (bench.sent[0].force_n.z, bench.force_n.z)
+        (bench.sent[0].force_n, bench.force_n)
     };
     let (free_n, tissue_n) = press(Trocar::NONE);
-    assert!((free_n - tissue_n).abs() < 1.0e-6 && tissue_n > 0.1);
+    let tissue_n = norm(&tissue_n);
+    assert!((norm(&free_n) - tissue_n).abs() < 1.0e-6 && tissue_n > 0.1);
     let wet = Trocar {
         wall_nm_rad: 0.0,
         ..Trocar::WET
@@ -84,12 +85,13 @@ fn a_press_feels_tissue_and_seal_together() {
     // These bare spheres press with 640 N/m. A Touch renders 840 N/m stably, and the lips keep a
     // fifth of it; so tissue is scaled a little.
     assert!(
-        (0.9 * tissue_n..1.01 * tissue_n).contains(&still_n),
+        (0.9 * tissue_n..1.01 * tissue_n).contains(&norm(&still_n)),
         "{still_n} {tissue_n}"
     );
-    let (seal_n, scaled_n) = (sent_n - still_n, 0.1 * tissue_n);
+    // Beside stiff tissue the lips are softer: they have 0.53 of the 0.61 N of a sliding shaft.
+    let seal_n = norm(&(sent_n - still_n));
     assert!(
-        (wet.sliding_n - scaled_n..=wet.breakaway_n).contains(&seal_n),
+        (0.8 * wet.sliding_n..=wet.breakaway_n).contains(&seal_n),
         "{seal_n} N"
     );
 }

@@ -40,8 +40,8 @@ pub(crate) struct MeasuredArgs {
     /// Makes a reduced run that takes seconds instead of minutes: few spheres, few materials.
     #[arg(long)]
     pub(crate) quick: bool,
-    /// Runs only the parts whose name contains this: silicone, beam, lung, tissue, port. Or runs one
-    /// silicone by its name, such as EF10_75T.
+    /// Runs only the parts whose name contains this: silicone, beam, lung, tissue, port. Or runs
+    /// one silicone by its name, such as EF10_75T.
     #[arg(long, value_name = "TEXT")]
     case: Option<String>,
 }

@@ -34,7 +34,8 @@
 //! Blood of arteries spurts with each heartbeat; its mean flow is that of the leak.
 //!
 //! The irrigator's water runs like blood, only thinner. Where water lies, blood is thinner too, and
-//! the jet pushes it along. Suction takes parcels and drops near the tip into the jar (`rinse`).
+//! the jet pushes it along. Suction takes parcels and drops near the tip into the jar, and the pool
+//! around flows towards the tip (`rinse`).
 //!
 //! Assumed numbers are marked so at their constants. A pool is a thick film: the picture raises its
 //! surface by its thickness, up to 6 mm, but organs that dip into it displace nothing. Blood and

@@ -5,6 +5,7 @@ use glam::Vec3;
 use super::super::chance;
 use super::super::stain::Skin;
 use super::Fluids;
+use super::field::MIDDLE_PER_M3;
 use super::parcel::Lying;
 use super::surface::{Place, Surface};
 use super::volume::{Volumes, WATER};
@@ -21,6 +22,12 @@ const WASHES_M_S: f32 = 0.05;
 /// Distance of the suction's mouth within which it takes fluid, m. Assumed: the tip has holes
 /// around its end.
 const TAKES_M: f32 = 0.005;
+/// Distance of the suction's mouth within which fluid flows towards it, m, and its speed, m/s.
+/// Assumed: a pool empties into a tip that dips into it.
+const DRAWS_M: f32 = 0.012;
+const DRAWS_M_S: f32 = 0.02;
+/// A film thinner than this stays on the tissue around the suction's mouth, m. Assumed.
+const STAYS_M: f32 = 0.000_2;
 /// Fluid that the suction takes, m³/s. Wall suction takes more air than fluid; assumed.
 const TAKES_M3_S: f64 = 12e-6;
 /// Volume of the jar, m³.
@@ -69,10 +76,14 @@ impl Fluids {
         }
     }
 
-    /// Takes fluid near the suction's mouth into the jar, until the jar is full.
+    /// Takes fluid near the suction's mouth into the jar, until the jar is full. Fluid around flows
+    /// towards the mouth.
     pub(in crate::effects) fn suck(&mut self, at_m: Vec3, step_s: f32, skin: &Skin<'_>) {
         let room_m3 = JAR_M3 - self.jar_m3.iter().sum::<f64>();
         let mut left_m3 = (TAKES_M3_S * f64::from(step_s)).min(room_m3).max(0.0);
+        if left_m3 <= 0.0 {
+            return;
+        }
         let jar_m3 = &mut self.jar_m3;
         let mut take = |near: bool, volume_m3: &mut Volumes| {
             let total: f64 = volume_m3.iter().sum();
@@ -95,6 +106,28 @@ impl Fluids {
                 let at = surface.position(&it.place, skin);
                 take(is_near(at), &mut it.volume_m3)
             });
+        }
+        self.draw(at_m, step_s, skin);
+    }
+
+    /// Lets fluid around the suction's mouth flow towards it. Fluid that lies deeper than the mouth
+    /// reaches does not rise to it.
+    fn draw(&mut self, at_m: Vec3, step_s: f32, skin: &Skin<'_>) {
+        let (Some(surface), Some(field)) = (&mut self.surface, &self.field) else {
+            return;
+        };
+        for it in &mut self.lying {
+            let off = at_m - surface.position(&it.place, skin);
+            let is_far = off.length_squared() >= DRAWS_M * DRAWS_M || off.dot(self.up) >= TAKES_M;
+            if is_far || it.stands() {
+                continue;
+            }
+            let own_m = it.total_m3() as f32 * MIDDLE_PER_M3;
+            let (film_m, _) = field.thickness(Surface::at_rest(&it.place, skin));
+            if film_m.max(own_m) > STAYS_M {
+                let way = off.normalize_or_zero() * (DRAWS_M_S * step_s);
+                surface.walk(&mut it.place, way, skin);
+            }
         }
     }
 

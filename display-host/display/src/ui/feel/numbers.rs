@@ -4,9 +4,14 @@ use egui::{Align, Grid, Layout, RichText, Ui, vec2};
 
 use super::View;
 use crate::ui::screens::BODY;
+use crate::words::Words;
 
 /// Width of a column of numbers, points.
 const COLUMN: f32 = 96.0;
+/// Space between columns, points.
+const SPACE: f32 = 14.0;
+/// Smallest width at which the names of the rows are beside the numbers, points.
+const BESIDE: f32 = 560.0;
 
 /// Shows the numbers, or hides them while the person must feel the direction.
 pub(super) fn show(ui: &mut Ui, view: &View) {
@@ -24,61 +29,81 @@ pub(super) fn show(ui: &mut Ui, view: &View) {
         ),
         ("feel-force", Some(scaled(live.force_n, 1.0, 2))),
     ];
+    let mut rows: Vec<(&str, Vec<RichText>)> = rows
+        .map(|(name, parts)| {
+            let shown = match parts {
+                _ if hidden => vec![other(words, "feel-hidden")],
+                None => vec![other(words, "feel-none")],
+                Some(parts) => parts.map(number).into(),
+            };
+            (name, shown)
+        })
+        .into();
+    if view.opens {
+        rows.extend(opening(view));
+    }
+    let axes = ["feel-x", "feel-y", "feel-z"];
+    let axes = axes.map(|axis| RichText::new(words.say(axis)).size(0.75 * BODY));
+    // In a narrow window, the name of a row is above its numbers.
+    if ui.available_width() < BESIDE {
+        line(ui, axes.into());
+        for (name, parts) in rows {
+            ui.label(RichText::new(words.say(name)).size(0.85 * BODY));
+            line(ui, parts);
+        }
+        return;
+    }
     Grid::new("numbers")
         .num_columns(4)
         .min_col_width(COLUMN)
-        .spacing([14.0, 4.0])
+        .spacing([SPACE, 4.0])
         .show(ui, |ui| {
             ui.label("");
-            for axis in ["feel-x", "feel-y", "feel-z"] {
-                right(ui, RichText::new(words.say(axis)).size(0.75 * BODY));
-            }
+            cells(ui, axes.into());
             ui.end_row();
             for (name, parts) in rows {
                 ui.label(RichText::new(words.say(name)).size(0.85 * BODY));
-                match parts {
-                    _ if hidden => {
-                        ui.label(RichText::new(words.say("feel-hidden")).size(0.85 * BODY));
-                    }
-                    None => {
-                        ui.label(RichText::new(words.say("feel-none")).size(0.85 * BODY));
-                    }
-                    Some(parts) => {
-                        for part in parts {
-                            right(ui, RichText::new(part).monospace().size(0.95 * BODY));
-                        }
-                    }
-                }
+                cells(ui, parts);
                 ui.end_row();
-            }
-            if view.opens {
-                opening(ui, view);
             }
         });
 }
 
 /// Opening of the handle, and the force that opens it.
-fn opening(ui: &mut Ui, view: &View) {
+fn opening(view: &View) -> [(&'static str, Vec<RichText>); 2] {
     let (words, live) = (&view.words, &view.live);
     let percent = live.opening.map(|it| format!("{:.0}", it * 100.0));
-    let rows = [
-        ("feel-opening", percent),
-        (
-            "feel-opening-force",
-            Some(format!("{:+.2}", live.opening_n)),
-        ),
-    ];
-    for (name, number) in rows {
-        ui.label(RichText::new(words.say(name)).size(0.85 * BODY));
-        match number {
-            _ if view.is_secret() => ui.label(words.say("feel-hidden")),
-            None => ui.label(words.say("feel-none")),
-            Some(number) => {
-                right(ui, RichText::new(number).monospace().size(0.95 * BODY));
-                ui.label("")
-            }
+    let force = Some(format!("{:+.2}", live.opening_n));
+    [("feel-opening", percent), ("feel-opening-force", force)].map(|(name, value)| {
+        let shown = match value {
+            _ if view.is_secret() => other(words, "feel-hidden"),
+            None => other(words, "feel-none"),
+            Some(value) => number(value),
         };
-        ui.end_row();
+        (name, vec![shown])
+    })
+}
+
+fn number(text: String) -> RichText {
+    RichText::new(text).monospace().size(0.95 * BODY)
+}
+
+/// Words in place of numbers.
+fn other(words: &Words, id: &str) -> RichText {
+    RichText::new(words.say(id)).size(0.85 * BODY)
+}
+
+/// Shows a row without its name.
+fn line(ui: &mut Ui, parts: Vec<RichText>) {
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = SPACE;
+        cells(ui, parts);
+    });
+}
+
+fn cells(ui: &mut Ui, parts: Vec<RichText>) {
+    for part in parts {
+        right(ui, part);
     }
 }
 

@@ -59,7 +59,7 @@ pub(super) fn show(ui: &mut Ui, view: &View, ended: &Ended, wishes: &mut Vec<Wis
     }
     let buttons = [(words.say("feel-close"), Wish::Close)];
     screen(ui, "outcome", Some(0), &buttons, wishes, |ui, _| {
-        ui.horizontal(|ui| {
+        ui.horizontal_wrapped(|ui| {
             sign(ui, if ended.passed { Mark::Good } else { Mark::Bad });
             title(ui, &ended.headline(words));
         });
@@ -72,7 +72,7 @@ pub(super) fn show(ui: &mut Ui, view: &View, ended: &Ended, wishes: &mut Vec<Wis
                 CheckResult::Open => (Mark::Care, "feel-check-open"),
                 CheckResult::Skipped => (Mark::Off, "feel-check-skipped"),
             };
-            ui.horizontal(|ui| {
+            ui.horizontal_wrapped(|ui| {
                 sign(ui, mark);
                 let text = format!("{}: {}", check.name, words.say(result));
                 ui.label(RichText::new(text).strong());

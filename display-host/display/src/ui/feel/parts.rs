@@ -1,6 +1,6 @@
 //! Progress of `calot devices feel`: its parts, and the step of the present part.
 
-use egui::{Color32, Frame, Margin, RichText, Stroke, Ui};
+use egui::{Color32, Frame, Margin, RichText, Stroke, TextStyle, TextWrapMode, Ui, WidgetText};
 
 use crate::ui::screens::BODY;
 use crate::words::Words;
@@ -84,10 +84,16 @@ pub(super) fn show(ui: &mut Ui, words: &Words, progress: &Progress, opens: bool)
                 .stroke(Stroke::new(1.5, edge))
                 .corner_radius(4.0)
                 .inner_margin(Margin::symmetric(12, 5));
-            frame.show(ui, |ui| {
-                let text = RichText::new(text).size(0.9 * BODY);
-                ui.label(if now { text.strong() } else { text });
-            });
+            let text = RichText::new(text).size(0.9 * BODY);
+            let text = WidgetText::from(if now { text.strong() } else { text });
+            // A frame does not wrap by itself, because it does not know its width before its text.
+            let extend = Some(TextWrapMode::Extend);
+            let galley = text.into_galley(ui, extend, f32::INFINITY, TextStyle::Body);
+            let width = galley.size().x + frame.total_margin().sum().x;
+            if width > ui.available_size_before_wrap().x {
+                ui.end_row();
+            }
+            frame.show(ui, |ui| ui.label(galley));
         }
     });
 }

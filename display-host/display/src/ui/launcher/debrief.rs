@@ -9,7 +9,7 @@ use super::progress::{self, ProgressView};
 use super::{Asking, Wish, minutes, pressed, screen};
 use crate::ui::names;
 use crate::ui::screens::{BODY, part, title};
-use crate::ui::widgets::{Mark, line, sign};
+use crate::ui::widgets::{Mark, folded, line, sign};
 use crate::words::Words;
 
 /// Largest number of earlier sessions in the list.
@@ -17,6 +17,9 @@ const EARLIER_MAX: usize = 5;
 
 /// Width of a page below which everything stands in one column, points.
 const SIDE_BY_SIDE: f32 = 1100.0;
+
+/// Smallest width of the table of results, points.
+const TABLE: f32 = 600.0;
 
 /// Content of a debrief.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -85,6 +88,19 @@ impl MetricRow {
         let [least, most] = self.passes?;
         let value = self.value?;
         Some(!(value < least || value > most))
+    }
+
+    /// Text of the value.
+    fn now(&self, words: &Words) -> String {
+        let amount = self.value.map(|it| words.amount(it, &self.unit));
+        amount.unwrap_or_else(|| "–".to_owned())
+    }
+
+    /// Texts of the pass rule and of the earlier best, empty if there is none.
+    fn beside(&self, words: &Words) -> [String; 2] {
+        let rule = self.passes.map(|it| bounds(words, it, &self.unit));
+        let best = self.best.map(|it| words.amount(it, &self.unit));
+        [rule, best].map(Option::unwrap_or_default)
     }
 }
 
@@ -200,13 +216,11 @@ fn head(ui: &mut Ui, words: &Words, debrief: &Debrief) {
         line(ui, Mark::Care, warning);
     }
     if !debrief.machine.is_empty() {
-        egui::CollapsingHeader::new(words.say("debrief-machine"))
-            .id_salt("machine")
-            .show(ui, |ui| {
-                for warning in &debrief.machine {
-                    line(ui, Mark::Care, warning);
-                }
-            });
+        folded(ui, "machine", words.say("debrief-machine"), |ui| {
+            for warning in &debrief.machine {
+                line(ui, Mark::Care, warning);
+            }
+        });
     }
 }
 
@@ -250,6 +264,9 @@ fn past(ui: &mut Ui, words: &Words, debrief: &Debrief) {
 
 fn table(ui: &mut Ui, words: &Words, debrief: &Debrief) {
     part(ui, &words.say("debrief-metrics"));
+    if ui.available_width() < TABLE {
+        return list(ui, words, debrief);
+    }
     Grid::new("metrics")
         .num_columns(4)
         .striped(true)
@@ -261,9 +278,7 @@ fn table(ui: &mut Ui, words: &Words, debrief: &Debrief) {
             ui.end_row();
             for row in &debrief.metrics {
                 ui.label(words.metric(&row.name));
-                let now = row
-                    .value
-                    .map_or_else(|| "–".to_owned(), |it| words.amount(it, &row.unit));
+                let now = row.now(words);
                 match row.is_met() {
                     Some(met) => {
                         let mark = if met { Mark::Good } else { Mark::Bad };
@@ -277,17 +292,32 @@ fn table(ui: &mut Ui, words: &Words, debrief: &Debrief) {
                         ui.label(now);
                     }
                 }
-                ui.label(
-                    row.passes
-                        .map_or_else(String::new, |it| bounds(words, it, &row.unit)),
-                );
-                ui.label(
-                    row.best
-                        .map_or_else(String::new, |it| words.amount(it, &row.unit)),
-                );
+                for text in row.beside(words) {
+                    ui.label(text);
+                }
                 ui.end_row();
             }
         });
+}
+
+/// Shows the results below each other, where a table has too little room.
+fn list(ui: &mut Ui, words: &Words, debrief: &Debrief) {
+    for row in &debrief.metrics {
+        let text = format!("{}: {}", words.metric(&row.name), row.now(words));
+        match row.is_met() {
+            Some(true) => line(ui, Mark::Good, &text),
+            Some(false) => line(ui, Mark::Bad, &text),
+            None => {
+                ui.label(text);
+            }
+        }
+        let beside = ["metric-rule", "metric-best"]
+            .into_iter()
+            .zip(row.beside(words));
+        for (id, text) in beside.filter(|(_, text)| !text.is_empty()) {
+            ui.label(RichText::new(format!("{}: {text}", words.say(id))).weak());
+        }
+    }
 }
 
 fn bounds(words: &Words, [least, most]: [f64; 2], unit: &str) -> String {

@@ -13,6 +13,8 @@ const STROKE: f32 = 12.0;
 const NOTE: f32 = 230.0;
 /// Size of its text, points.
 const TEXT: f32 = 18.0;
+/// Size of its text in a tight picture, points.
+const TIGHT_TEXT: f32 = 15.0;
 
 pub(super) fn show(ui: &Ui, place: Rect, state: &UiState) {
     if let Some(at) = state.act_mark {
@@ -37,14 +39,17 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState) {
         return;
     };
     let words = &state.words;
-    let (room, side) = beside(place, state.act_mark.map(|at| on(place, at)));
+    let ((room, side), size) = match hud::is_tight(place) {
+        true => ((hud::tall(ui, place), Align2::CENTER_BOTTOM), TIGHT_TEXT),
+        false => (beside(place, state.act_mark.map(|at| on(place, at))), TEXT),
+    };
     hud::card(ui, "act", room, side, |ui| {
         ui.set_max_width(NOTE.min(place.width() - 48.0));
-        ui.label(RichText::new(words.say("act-by")).size(0.8 * TEXT));
+        ui.label(RichText::new(words.say("act-by")).size(0.8 * size));
         let text = remark
             .clone()
             .unwrap_or_else(|| words.say(&acts::message(*kind)));
-        ui.label(RichText::new(text).size(TEXT).strong());
+        ui.label(RichText::new(text).size(size).strong());
     });
 }
 

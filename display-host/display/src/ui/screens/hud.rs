@@ -37,7 +37,11 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>
         arrow::paint(ui.ctx(), place, direction);
     }
     if place.width() >= NARROW || !is_covered {
-        foot(ui, place, state);
+        let place = tall(ui, place);
+        // In a narrow picture the note of an act takes the place of the next step.
+        if place.width() >= NARROW || state.acts.notice.is_none() {
+            foot(ui, place, state);
+        }
         if let Some(task) = task {
             stands(ui, place, state, task);
         }
@@ -196,7 +200,16 @@ pub(super) fn roomy(ui: &Ui, place: Rect) -> Rect {
     }
 }
 
-fn is_tight(place: Rect) -> bool {
+/// Place for the cards at the edges: the picture, or if the picture is tight, the black areas above
+/// and below it too.
+pub(super) fn tall(ui: &Ui, place: Rect) -> Rect {
+    match is_tight(place) {
+        true => Rect::from_x_y_ranges(place.x_range(), ui.max_rect().y_range()),
+        false => place,
+    }
+}
+
+pub(super) fn is_tight(place: Rect) -> bool {
     place.width() < TIGHT
 }
 

@@ -1,8 +1,8 @@
 //! Asks the X server when it presents the window's pictures.
 //!
 //! Drivers show the pictures of a window through the X server's extension Present, and the server
-//! tells each client that asks. So this file opens a connection of its own and asks for the window's
-//! presentations. Each event carries its time, so it may be read late.
+//! tells each client that asks. So this file opens a connection of its own and asks for the
+//! window's presentations. Each event carries its time, so it may be read late.
 
 use x11rb::connection::{Connection as _, RequestConnection as _};
 use x11rb::errors::ConnectionError;
