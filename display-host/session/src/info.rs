@@ -38,6 +38,10 @@ pub struct Assignment {
     pub is_scripted: bool,
 }
 
+/// Name of the endoscope drill. It begins at once, because to hold the endoscope still is its work:
+/// it may show the first organ from the start.
+pub const ENDOSCOPE_DRILL: &str = "scope";
+
 /// Word for a scripted hand.
 const SCRIPTED: &str = "scripted";
 

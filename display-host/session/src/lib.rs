@@ -86,7 +86,7 @@ pub use course::{Entry, EntryContent, Movement};
 pub use error::ReadError;
 pub use file::{Error, FILE_VERSION};
 pub use health::{Health, Recorded, Standing};
-pub use info::{Assignment, Finish, Info, hex, printable};
+pub use info::{Assignment, ENDOSCOPE_DRILL, Finish, Info, hex, printable};
 pub use lost::Lost;
 pub use operation::Operation;
 pub use read::Session;

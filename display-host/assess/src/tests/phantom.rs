@@ -110,3 +110,8 @@ fn other_scenes_have_no_drills() {
     let lacks = Task::Phantom.lacks(&anatomy()).unwrap();
     assert!(lacks.contains("phantom"), "{lacks}");
 }
+
+#[test]
+fn recordings_know_the_endoscope_drill_by_its_name() {
+    assert_eq!(Task::Scope.name(), session::ENDOSCOPE_DRILL);
+}

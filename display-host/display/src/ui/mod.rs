@@ -200,6 +200,7 @@ pub(crate) fn instrument_id(number: u32) -> &'static str {
         "instrument-1",
         "instrument-2",
         "instrument-3",
+        "instrument-4",
     ];
     ids.get(number as usize)
         .copied()

@@ -16,7 +16,7 @@ use super::queue::{Item, Items};
 use crate::file::{Error, SessionFile};
 use crate::health::{Health, Recorded, Standing};
 use crate::identity::Identity;
-use crate::info::{Info, hex};
+use crate::info::{ENDOSCOPE_DRILL, Info, hex};
 use crate::storage::Storage;
 
 /// Period of writing. A killed recorder loses no more than the data of this time.
@@ -79,8 +79,10 @@ fn take_all(
     // Identity images serve the assessment, so a session without a task has none.
     let judged = config.assignment.as_ref();
     let mut identity = judged.map(|_| Identity::of(&config.scene));
-    // A task begins with the first move. A session without a task begins at once.
-    let mut first_move = judged.map(|_| FirstMove::default());
+    // A task begins with the first move, except the endoscope drill. A session without a task begins
+    // at once.
+    let waits = judged.filter(|it| it.task != ENDOSCOPE_DRILL);
+    let mut first_move = waits.map(|_| FirstMove::default());
     let mut newest = Box::new(ToolFrame::zeroed());
     let mut flushed = Instant::now();
     let mut refused = None;
@@ -89,7 +91,7 @@ fn take_all(
             Ok(Item::Inputs(batch)) => {
                 file.inputs(&batch)?;
                 if batch.records().is_some_and(begins_anew) {
-                    first_move = judged.map(|_| FirstMove::default());
+                    first_move = waits.map(|_| FirstMove::default());
                 }
                 if let Some(newest) = batch.records().and_then(<[_]>::last) {
                     tell_news(config, Heard::Tick(newest.tick));
