@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use assess::Task;
 use rt_process::time_driver::monotonic_ns;
+use session::Sight;
 use shared_mem::message::{CommandMsg, HandMsg};
 use shared_mem::scene::SceneFile;
 use shared_mem::service::{HandSender, Host, Station};
@@ -27,12 +28,14 @@ pub(crate) struct AtWork {
 }
 
 impl AtWork {
-    /// Starts the surgeon's thread, which waits for the controller's first state.
+    /// Starts the surgeon's thread, which waits for the controller's first state. The surgeon may
+    /// take an angled endoscope if `sight` is given; in a window the endoscope is the window's.
     pub(crate) fn begin(
         surgeon: Surgeon,
         task: Task,
         station: &Station,
         scene: SceneFile,
+        sight: Option<Sight>,
     ) -> Result<Self, Problem> {
         let stop = Arc::new(AtomicBool::new(false));
         let (stopped, station) = (stop.clone(), station.clone());
@@ -43,7 +46,7 @@ impl AtWork {
                     surgeon,
                     task,
                     scene,
-                    &mut Processes::new(&station, stopped)?,
+                    &mut Processes::new(&station, stopped, sight)?,
                 )
             })
             .map_err(|error| format!("cannot start the surgeon's thread: {error}"))?;
@@ -67,10 +70,11 @@ struct Processes {
     looked: Instant,
     began_ns: u64,
     stop: Arc<AtomicBool>,
+    sight: Option<Sight>,
 }
 
 impl Processes {
-    fn new(station: &Station, stop: Arc<AtomicBool>) -> Result<Self, String> {
+    fn new(station: &Station, stop: Arc<AtomicBool>, sight: Option<Sight>) -> Result<Self, String> {
         let text = |error: shared_mem::service::ServiceError| error.to_string();
         Ok(Self {
             host: Host::open(station).map_err(text)?,
@@ -78,6 +82,7 @@ impl Processes {
             looked: Instant::now(),
             began_ns: monotonic_ns(),
             stop,
+            sight,
         })
     }
 }
@@ -109,6 +114,13 @@ impl Theatre for Processes {
     fn command(&mut self, command: CommandMsg) -> Result<(), String> {
         let sent = self.host.command(command, PATIENCE);
         sent.map(|_| ()).map_err(|error| error.to_string())
+    }
+
+    fn look_off(&mut self, sight_rad: [f32; 2]) -> bool {
+        if let Some(sight) = &self.sight {
+            sight.tell(sight_rad);
+        }
+        self.sight.is_some()
     }
 
     fn tell(&mut self, what: &str) {

@@ -164,6 +164,12 @@ impl Field {
 }
 
 impl Cell {
+    /// Sphere that carries most of the cell.
+    pub(crate) fn carrier(&self) -> Option<usize> {
+        let most = self.spheres.iter().max_by(|a, b| a.1.total_cmp(&b.1));
+        most.map(|(sphere, _)| *sphere)
+    }
+
     /// Present position of a cell, m.
     pub(crate) fn at(&self, sight: &Sight, state: &StateFrame) -> Vec3 {
         let moved = self.spheres.iter();

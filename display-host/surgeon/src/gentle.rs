@@ -1,8 +1,8 @@
 //! Gentle motion of the hook among structures that must not be touched. The hook slows as it comes
 //! nearer to one, and finds its way back out.
 
+use crate::caught::Hanging;
 use crate::hold::{Hook, WORKS};
-use crate::sight::Bar;
 use crate::vector::Vec3;
 use crate::work::Work;
 
@@ -20,7 +20,7 @@ pub(crate) const STUCK_S: f64 = 0.7;
 pub(crate) const CLOSER_M: f64 = 0.0002;
 /// Distance that the surgeon moves in to free a caught hook, m.
 const UNHOOK_M: f64 = 0.005;
-/// Largest distance that the surgeon carries the caught tube back towards its place, m.
+/// Largest distance that the surgeon carries caught tissue back towards its place, m.
 const HOME_M: f64 = 0.02;
 /// Largest number of attempts to free a caught hook. Each turns the hook by a quarter.
 const UNHOOKS: u32 = 5;
@@ -34,16 +34,12 @@ const SHORT_WAY_S: f64 = 1.0;
 const TURN_WAY_S: f64 = 1.5;
 /// A far withdrawal is done when less than this is left of it, m.
 const OUT_ENOUGH_M: f64 = 0.006;
+/// Distance between two noted places of the way in, m.
+const TRAIL_M: f64 = 0.0015;
+/// Longest time to get back to such a place, s.
+const TRAIL_S: f64 = 0.3;
 /// Longest time for one attempt at a far withdrawal, s.
 const LONG_WAY_S: f64 = 6.0;
-/// A duct or vessel within this distance of the hook may hang on the hook, m.
-const HANGS_M: f64 = 0.0012;
-/// A duct or vessel that has moved along with the hook by this distance hangs on the hook, m.
-const COMES_ALONG_M: f64 = 0.004;
-
-/// A sphere of a duct or vessel that may hang on the hook, and its position when the hook came
-/// near.
-pub(crate) type Hanging = (usize, Vec3);
 
 impl Work<'_> {
     /// The working point of the hook, m.
@@ -74,10 +70,11 @@ impl Work<'_> {
     }
 
     /// Withdraws along the shaft to within `enough_m` of the whole way; returns true if it came
-    /// out. A bent end that is caught behind a tube is freed first, because pulling would tear the
-    /// tube.
+    /// out. A bent end that is caught behind a tube or in fat is freed first, because pulling would
+    /// tear what it holds.
     fn back(&mut self, by_m: f64, enough_m: f64, seconds: f64) -> Result<bool, String> {
         self.asked.switches = 0;
+        self.retrace()?;
         let out = -self.along();
         let to = self.works() + out * by_m;
         let mut free = None;
@@ -99,7 +96,30 @@ impl Work<'_> {
         Ok(false)
     }
 
-    /// Working point at which the tube that hangs on the hook is back in place, m.
+    /// Notes where the hook is on its way into tissue. Detours are forgotten.
+    pub(crate) fn note_way(&mut self) {
+        let at = self.works();
+        let mut noted = self.trail.iter();
+        match noted.position(|place| (place - at).norm() < TRAIL_M) {
+            Some(number) => self.trail.truncate(number + 1),
+            None => self.trail.push(at),
+        }
+    }
+
+    /// Goes back the way that the hook came in. A hook that is drawn straight out instead takes along
+    /// the tube or the fat that it went around.
+    fn retrace(&mut self) -> Result<(), String> {
+        while let Some(place) = self.trail.pop() {
+            let Some([heel, end]) = self.electrode() else {
+                break;
+            };
+            self.steer(place, (end - heel).normalize(), TRAIL_S)?;
+        }
+        self.trail.clear();
+        Ok(())
+    }
+
+    /// Working point at which what hangs on the hook is back in place, m.
     fn loose(&self, hanging: Option<Hanging>) -> Vec3 {
         let home = hanging.map(|(sphere, was)| was - self.sight.now(sphere, &self.seen.state));
         self.works() + home.unwrap_or_default().cap_magnitude(HOME_M)
@@ -121,7 +141,7 @@ impl Work<'_> {
     }
 
     /// Moves the hook to a place as far as there is room, and turns it, for at most this time. If a
-    /// tube comes along, the hook stops, and the tube is returned.
+    /// tube or fat comes along, the hook stops, and what hangs on it is returned.
     pub(crate) fn travel(
         &mut self,
         to: &dyn Fn(&Self) -> Vec3,
@@ -129,7 +149,7 @@ impl Work<'_> {
         seconds: f64,
     ) -> Result<Option<Hanging>, String> {
         let mut before_s = self.seen.at_s;
-        let (mut hanging, mut hangs) = (None, false);
+        let (mut hanging, mut hangs) = ([None; 2], None);
         let (mut nearest_m, mut nearer_s) = (f64::MAX, before_s);
         self.look_for(seconds, |work| {
             let passed_s = (work.seen.at_s - before_s).clamp(0.0, 0.05);
@@ -138,8 +158,9 @@ impl Work<'_> {
             if way.norm() < nearest_m - CLOSER_M {
                 (nearest_m, nearer_s) = (way.norm(), work.seen.at_s);
             }
-            hangs = work.comes_along(&mut hanging);
-            if hangs {
+            let [tube, fat] = &mut hanging;
+            hangs = work.tube_along(tube).or_else(|| work.fat_along(fat));
+            if hangs.is_some() {
                 return true;
             }
             // A structure that the hook must not touch is in the way, or the hook has arrived.
@@ -151,22 +172,7 @@ impl Work<'_> {
             way.norm() < 0.002 && off.abs() < 1.0
         });
         self.goes_on()?;
-        Ok(hanging.filter(|_| hangs))
-    }
-
-    /// True if the duct or vessel nearest to the hook has come along with it.
-    pub(crate) fn comes_along(&self, hanging: &mut Option<Hanging>) -> bool {
-        let (Some(electrode), state) = (self.electrode(), &self.seen.state) else {
-            return false;
-        };
-        let hook = Hook::seen(electrode, self.sight.port());
-        let tubes = self.sight.delicate(self.works(), 0.03, state);
-        let tubes = tubes.iter().filter(|bar| bar.tube.is_some());
-        let room_m = |bar: &&Bar| hook.room([*bar]).0;
-        let nearest = tubes.min_by(|a, b| room_m(a).total_cmp(&room_m(b)));
-        let near = nearest.filter(|bar| room_m(bar) < HANGS_M);
-        let near = near.and_then(|bar| bar.tube.map(|sphere| (sphere, bar.ends[0])));
-        hangs(hanging, near, |sphere| self.sight.now(sphere, state))
+        Ok(hangs)
     }
 
     /// Room between the hook and structures that it must not touch, m, and the direction away from
@@ -190,38 +196,5 @@ impl Work<'_> {
         let share = ((room_m - ROOM_M) / SHY_M).clamp(0.1, 1.0);
         let off = self.turned_off(bend);
         self.turn_within(off, seconds * share, TURN_RAD_S);
-    }
-}
-
-/// True if the sphere that first came near has moved by more than `COMES_ALONG_M`, and a tube has
-/// been near ever since. `near` is the sphere now near, if any, and its position.
-fn hangs(
-    hanging: &mut Option<Hanging>,
-    near: Option<Hanging>,
-    now: impl Fn(usize) -> Vec3,
-) -> bool {
-    *hanging = near.map(|near| hanging.unwrap_or(near));
-    hanging.is_some_and(|(sphere, was)| (now(sphere) - was).norm() > COMES_ALONG_M)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_duct_hangs_on_the_hook_once_it_has_come_along() {
-        let at = |mm: f64| Vec3::x() * (mm * 1e-3);
-        let mut hanging = None;
-        let mut look = |sphere: Option<usize>, moved_mm: f64| {
-            hangs(&mut hanging, sphere.map(|it| (it, at(moved_mm))), |_| {
-                at(moved_mm)
-            })
-        };
-        // The tube came near at 2 mm. Later another of its spheres may be the nearest.
-        assert!(!look(Some(7), 2.0) && !look(Some(8), 5.0));
-        assert!(look(Some(8), 6.5));
-        // A tube that the hook has left no longer hangs, however far it goes.
-        assert!(!look(None, 20.0) && !look(Some(7), 20.0) && !look(Some(7), 17.0));
-        assert!(look(Some(7), 15.5));
     }
 }

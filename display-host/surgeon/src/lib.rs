@@ -7,6 +7,8 @@
 //!
 //! A [`Theatre`] is either the station's processes in real time or the simulation alone, faster.
 
+mod caught;
+mod choose;
 mod critical;
 mod dissect;
 mod field;
@@ -66,9 +68,15 @@ pub trait Theatre {
     /// The reason why it could not be sent.
     fn command(&mut self, command: CommandMsg) -> Result<(), String>;
 
+<<<<<<< ours
     /// Looks through an endoscope whose view lies so to its shaft: the angle between the two, and
     /// the view's turn about the shaft (0: down), rad. Returns `false`, and changes nothing, if the
     /// surgeon cannot choose the endoscope here, as at a station.
+=======
+    /// Looks through an endoscope whose view lies so to its shaft: the angle between the two, and the
+    /// view's turn about the shaft (0: down), rad. Returns `false` if the theatre has only a straight
+    /// endoscope, and changes nothing.
+>>>>>>> theirs
     fn look_off(&mut self, sight_rad: [f32; 2]) -> bool {
         let _ = sight_rad;
         false

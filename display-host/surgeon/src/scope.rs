@@ -1,11 +1,18 @@
 //! Poses of the endoscope, and an endoscope that looks off its shaft.
 //!
+<<<<<<< ours
 //! Through a fixed port, a straight endoscope sees duct and artery from few sides. In the course
 //! with a low union it gets 4° behind their plane at most. An endoscope that looks 30° off its
 //! shaft has them in its picture from beside the duodenum, too, 16° and more behind. Where the
 //! artery lies in front or the hepatic artery is humped, bowel is in the way of every pose behind
 //! the plane. There a surgeon flips the gallbladder with a second instrument, which this operation
 //! lacks.
+=======
+//! Through a fixed port, a straight endoscope sees the triangle from few sides. In some courses of duct
+//! and artery it never gets behind their plane. An endoscope that looks 30° off its shaft sees the
+//! triangle from places where the straight one has it out of the picture, so it gets at least 15°
+//! behind the plane in every course.
+>>>>>>> theirs
 
 use nalgebra::UnitQuaternion;
 use shared_mem::message::PoseMsg;
@@ -17,7 +24,11 @@ use crate::work::{LOOK_MAX_S, Work, rotation};
 pub(crate) type Aim = [f64; 3];
 
 /// Angle between the shaft and the view of the angled endoscope, rad (30°).
+<<<<<<< ours
 const OFF_RAD: f64 = core::f64::consts::FRAC_PI_6;
+=======
+const OFF_RAD: f64 = 0.5236;
+>>>>>>> theirs
 /// Turns and advances that are tried first: of a straight endoscope, and of an angled one.
 const TURNS_RAD: [f64; 7] = [-0.24, -0.16, -0.08, 0.0, 0.08, 0.16, 0.24];
 const TURNS_OFF_RAD: [f64; 7] = [-0.39, -0.26, -0.13, 0.0, 0.13, 0.26, 0.39];

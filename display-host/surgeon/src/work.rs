@@ -65,6 +65,7 @@ pub fn operate(
         heats: None,
         flaw: [0.0; 2],
         nearing: Nearing::default(),
+        trail: Vec::new(),
     };
     let is_there =
         |work: &mut Work<'_>| work.seen.state.sphere_count > 0 && work.seen.tools.capsule_count > 0;
@@ -130,6 +131,8 @@ pub(crate) struct Work<'a> {
     pub(crate) flaw: [f64; 2],
     /// Predicted room to structures that must not be touched.
     pub(crate) nearing: Nearing,
+    /// The hook's way into the tissue that it works in, m.
+    pub(crate) trail: Vec<Vec3>,
 }
 
 /// Reason that an act returns when the run was ended from outside.

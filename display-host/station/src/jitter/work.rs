@@ -31,7 +31,7 @@ impl Work {
             task::start(state, &station)?;
         }
         let scene = SceneFile::open(scene)?;
-        AtWork::begin(surgeon, task, &station, scene).map(|work| Self(Some(work)))
+        AtWork::begin(surgeon, task, &station, scene, None).map(|work| Self(Some(work)))
     }
 
     pub(super) fn end(self) {

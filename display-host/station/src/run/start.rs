@@ -117,7 +117,8 @@ impl<'a> Planned<'a> {
         let surgeon = match (task, args.task.hand) {
             (Some(task), Some(hand)) => {
                 let scene = SceneFile::open(&scene)?;
-                Some(AtWork::begin(hand, task, &station, scene)?)
+                let sight = args.headless.then(|| sight.clone());
+                Some(AtWork::begin(hand, task, &station, scene, sight)?)
             }
             _ => None,
         };

@@ -161,6 +161,7 @@ fn held(result: &Performance) -> [bool; 2] {
     ]
 }
 
+<<<<<<< ours
 /// Triangle and lower bed are cleared from the start. Clara's duct and artery lie so that a
 /// straight endoscope gets 4° behind them at most, and 5° are asked.
 #[test]
@@ -168,6 +169,26 @@ fn held(result: &Performance) -> [bool; 2] {
 fn an_angled_endoscope_shows_the_view_from_behind_where_a_straight_one_cannot() {
     let result = identify_from(Task::Clamp, "clara", VIEWS_S);
     assert_eq!(held(&result), [true; 2], "{:?}", result.said);
+=======
+/// Triangle and lower bed are cleared from the start.
+fn assert_views(name: &str) {
+    let result = identify_from(Task::Clamp, name, VIEWS_S);
+    assert_eq!(held(&result), [true; 2], "{name}: {:?}", result.said);
+}
+
+/// Frieda's duct and artery lie so that a straight endoscope never gets behind them.
+#[test]
+fn the_critical_view_is_shown_from_both_sides_where_a_straight_endoscope_cannot() {
+    assert_views("frieda");
+}
+
+#[test]
+#[ignore = "minutes: run it after changes of patients or of the views"]
+fn the_critical_view_is_shown_from_both_sides_in_every_patient() {
+    for name in NAMES {
+        assert_views(name);
+    }
+>>>>>>> theirs
 }
 
 /// The cover parts under the hook: within this time 76 % of the triangle is gone. With bare fat,
@@ -186,6 +207,7 @@ fn careful_surgeon_opens_the_cover_without_harm() {
 /// Longest time in which the views are shown after the dissection, s.
 const VIEWS_S: f64 = 120.0;
 /// Longest time of a patient, s.
+<<<<<<< ours
 const LONG_S: f64 = 420.0;
 
 /// All six patients, a row of the results' table each. Ada is the only one in whom a pass is
@@ -194,12 +216,28 @@ const LONG_S: f64 = 420.0;
 #[ignore = "an hour: run it after changes of patients, fat, cells or the careful surgeon"]
 fn careful_surgeon_works_identify_in_all_six_patients() {
     println!("patient | outcome | s | triangle | lower bed | views held | injuries | points");
+=======
+const LONG_S: f64 = 600.0;
+/// Fewest of the six patients in whom `identify` is passed without injury.
+const PASSED_MIN: usize = 5;
+
+/// All six patients, a row of the results' table each. They take an hour in all.
+#[test]
+#[ignore = "an hour: run it after changes of patients, fat, cells or the careful surgeon"]
+fn careful_surgeon_passes_identify_in_five_of_six_patients() {
+    let mut passed = 0;
+    println!("| patient | outcome | s | triangle | lower bed | views held | injuries | points |");
+>>>>>>> theirs
     for name in NAMES {
         let result = identify(name, LONG_S);
         let it = &result.assessed;
         let of = |metric| it.metrics.get(metric);
         println!(
+<<<<<<< ours
             "{name} | {:?} {:?} | {:.0} | {:.3} | {:.3} | {:?} | {} | {:.1}",
+=======
+            "| {name} | {:?} {:?} | {:.0} | {:.3} | {:.3} | {:?} | {} | {:.1} |",
+>>>>>>> theirs
             it.outcome,
             it.reasons,
             result.ticks as f64 * 1e-3,
@@ -209,10 +247,16 @@ fn careful_surgeon_works_identify_in_all_six_patients() {
             it.injuries.len(),
             it.score,
         );
+<<<<<<< ours
         if name == "ada" {
             assert_eq!(it.outcome, Outcome::Passed, "{:?}", it.reasons);
             assert!(it.injuries.is_empty(), "{:?}", it.injuries);
             assert!(it.score > 90.0, "{}", it.score);
         }
     }
+=======
+        passed += usize::from(it.outcome == Outcome::Passed && it.injuries.is_empty());
+    }
+    assert!(passed >= PASSED_MIN, "{passed} of {}", NAMES.len());
+>>>>>>> theirs
 }
