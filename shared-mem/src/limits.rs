@@ -28,5 +28,9 @@ pub const STAGES: usize = 7;
 pub const TROCAR_FRICTION_MAX_N: f32 = 8.0;
 /// Largest elasticity of the wall in a [`crate::scene::TrocarRecord`], N m/rad.
 pub const TROCAR_WALL_MAX_NM_RAD: f32 = 2.0;
+/// Largest sum of the shares in a [`crate::scene::RelaxationRecord`].
+pub const RELAXED_SHARE_MAX: f32 = 0.9;
+/// Shortest and longest time in a [`crate::scene::RelaxationRecord`], s.
+pub const RELAXATION_TIMES_S: (f32, f32) = (0.05, 1000.0);
 /// Number of kinds of faults that a [`crate::message::TimingBatch`] counts.
 pub const FAULTS: usize = Fault::ALL.len();

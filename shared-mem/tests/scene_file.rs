@@ -5,9 +5,9 @@ use proptest::prelude::*;
 use shared_mem::message::PoseMsg;
 use shared_mem::scene::{
     AttachmentRecord, CellColumnRecord, CellRecord, ContactVertexRecord, LinkRecord,
-    MaterialRecord, NO_CELL, NO_CONTACT_VERTEX, OrganKind, OrganRecord, RoomRecord, SceneData,
-    SceneError, SceneFile, SphereRecord, TetraRecord, TrocarRecord, VertexRecord, WORLD,
-    name_from_str,
+    MaterialRecord, NO_CELL, NO_CONTACT_VERTEX, OrganKind, OrganRecord, RelaxationRecord,
+    RoomRecord, SceneData, SceneError, SceneFile, SphereRecord, TetraRecord, TrocarRecord,
+    VertexRecord, WORLD, name_from_str,
 };
 
 #[path = "../fuzz/body.rs"]
@@ -136,6 +136,30 @@ fn trocar(sliding_n: f32, breakaway_n: f32, wall_nm_rad: f32) -> TrocarRecord {
         sliding_n,
         breakaway_n,
         wall_nm_rad,
+    }
+}
+
+fn relaxation(organ: u32, shares: [f32; 2], times_s: [f32; 2]) -> RelaxationRecord {
+    RelaxationRecord {
+        organ,
+        shares,
+        times_s,
+    }
+}
+
+#[test]
+fn relaxations_are_read_as_written_with_and_without_a_trocar() {
+    let relaxations = vec![relaxation(0, [0.1, 0.2], [1.0, 10.0])];
+    for trocar in [None, Some(trocar(1.0, 1.5, 0.3))] {
+        let data = SceneData {
+            relaxations: relaxations.clone(),
+            trocar,
+            ..tiny_scene()
+        };
+        let read = SceneFile::from_bytes(&data.to_bytes().unwrap()).unwrap();
+        assert_eq!(read.relaxations(), relaxations);
+        assert_eq!(read.trocar(), trocar.as_ref());
+        assert_eq!(read.organs(), data.organs);
     }
 }
 
@@ -269,6 +293,15 @@ fn every_fault_is_refused_and_named() {
         }),
         ("trocar 0: wall_nm_rad is NaN, allowed are 0 to 2", |s| {
             s.trocar = Some(trocar(0.0, 0.0, f32::NAN));
+        }),
+        ("relaxation 0: organ 1 does not exist", |s| {
+            s.relaxations = vec![relaxation(1, [0.1, 0.2], [1.0, 10.0])];
+        }),
+        ("relaxation 0: shares are 0.5 and 0.6", |s| {
+            s.relaxations = vec![relaxation(0, [0.5, 0.6], [1.0, 10.0])];
+        }),
+        ("relaxation 0: times_s are 0.01 and 10", |s| {
+            s.relaxations = vec![relaxation(0, [0.1, 0.2], [0.01, 10.0])];
         }),
         ("instrument length", |s| {
             if let Some(room) = &mut s.room {

@@ -13,9 +13,10 @@
 //!   clipped places are dropped. A further burnt place replaces the least burnt one.
 //! - `MAX_CAPSULES` is never reached: both tools together have four capsules at most.
 //! - `CLIPS` is a supply.
-//! - `TROCAR_FRICTION_MAX_N` and `TROCAR_WALL_MAX_NM_RAD` bound what a scene may ask of the port.
+//! - `TROCAR_FRICTION_MAX_N` and `TROCAR_WALL_MAX_NM_RAD` bound what a scene may ask of the port;
+//!   `RELAXED_SHARE_MAX` and `RELAXATION_TIMES_S` bound what it may ask of a material.
 //!
-//! Nine of the limits are also limits of messages and files (`shared_mem::limits`).
+//! Eleven of the limits are also limits of messages and files (`shared_mem::limits`).
 //! `border.rs` of `rt-process` does not compile if one of them differs.
 
 /// Organs in a scene.
@@ -78,6 +79,13 @@ pub const MAX_GRASPED: usize = 64;
 pub const TROCAR_FRICTION_MAX_N: f32 = 8.0;
 /// Largest elasticity of the wall that a scene may ask for, N m/rad. Assumed.
 pub const TROCAR_WALL_MAX_NM_RAD: f32 = 2.0;
+
+/// Largest sum of the shares of its stress that a material may lose. Less than a tenth of the
+/// stiffness would be left of a larger one.
+pub const RELAXED_SHARE_MAX: f32 = 0.9;
+/// Shortest and longest time constant of a relaxation, s. Within the shortest, 50 ticks sample the
+/// loss.
+pub const RELAXATION_TIMES_S: (f32, f32) = (0.05, 1000.0);
 
 const _: () = assert!(
     MAX_SPHERES <= u16::MAX as usize + 1,

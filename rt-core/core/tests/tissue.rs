@@ -4,7 +4,7 @@ mod rig;
 
 use rig::{Anatomy, room};
 use rt_core::math::{Quat, Vec3, norm};
-use rt_core::scene::{Anchor, Attachment, Organ, RestSphere, Room, Scene};
+use rt_core::scene::{Anchor, Attachment, Organ, Relaxation, RestSphere, Room, Scene};
 use rt_core::study::Tissue;
 use rt_core::tissue::{Bodies, Method};
 
@@ -493,5 +493,55 @@ fn breathing_moves_held_spheres_and_attached_tissue() {
         assert!(lowest(tissue) > 0.008, "breathed in: {}", lowest(tissue));
         step(tissue, 1000);
         assert!(farthest_m(tissue, spheres) < 0.002, "breathed out");
+    });
+}
+
+#[test]
+fn a_load_creeps_by_the_retardation_of_its_terms() {
+    let relaxes = |shares: [f32; 2]| {
+        let mut bar = Bar::new().with_gravity();
+        bar.organ().material.relaxation = Relaxation {
+            shares,
+            times_s: [0.5, 0.1],
+        };
+        bar
+    };
+    // Under a constant load the share g of the stress is lost with τ, and strain grows by 1 / (1 −
+    // g) with τ / (1 − g).
+    let first_m = sag_m(&Bar::new().with_gravity());
+    let crept_m = sag_m(&relaxes([0.4, 0.0]));
+    let expected = 1.0 / 0.6;
+    assert!(
+        (crept_m / first_m / expected - 1.0).abs() < 0.02,
+        "{first_m} {crept_m}"
+    );
+    let crept_m = sag_m(&relaxes([0.2, 0.3]));
+    assert!(
+        (crept_m / first_m / 2.0 - 1.0).abs() < 0.03,
+        "{first_m} {crept_m}"
+    );
+}
+
+#[test]
+fn relaxing_tissue_without_a_load_rests_and_comes_back() {
+    let mut bar = Bar::new();
+    bar.organ().material.relaxation = Relaxation {
+        shares: [0.3, 0.3],
+        times_s: [0.05, 0.5],
+    };
+    bar.simulate(|tissue, spheres| {
+        step(tissue, 1000);
+        assert!(farthest_m(tissue, spheres) < 1.0e-6);
+        let at = tip(spheres);
+        tissue.hold(at, true);
+        for tick in 1..=500 {
+            tissue.lead(at, &Vec3::new(0.0, 0.0, 0.01 * tick as f32 / 500.0));
+            step(tissue, 1);
+        }
+        step(tissue, 1000);
+        tissue.hold(at, false);
+        step(tissue, 6000);
+        let left_m = farthest_m(tissue, spheres);
+        assert!(left_m < 2.0e-4, "{left_m} m are left of 10 mm");
     });
 }

@@ -5,13 +5,15 @@
 use nalgebra::{Quaternion, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
 use rt_core::scene::{
-    Anchor, Attachment, Cell, Column, Inside, Layers, Link, Material, Organ, RestSphere, Room,
-    Scene, SceneError, Skin, SkinVertex, Tetra, TetraBatch, Trocar, TrocarChoice, batches,
+    Anchor, Attachment, Cell, Column, Inside, Layers, Link, Material, Organ, Relaxation,
+    RestSphere, Room, Scene, SceneError, Skin, SkinVertex, Tetra, TetraBatch, Trocar, TrocarChoice,
+    batches,
 };
 use shared_mem::message::PoseMsg;
 use shared_mem::scene::{
     AttachmentRecord, CellColumnRecord, CellRecord, ContactVertexRecord, LinkRecord, OrganKind,
-    OrganRecord, RoomRecord, SceneData, SceneFile, SphereRecord, TetraRecord, TrocarRecord, WORLD,
+    OrganRecord, RelaxationRecord, RoomRecord, SceneData, SceneFile, SphereRecord, TetraRecord,
+    TrocarRecord, WORLD,
 };
 
 /// The records of a scene that the core needs.
@@ -29,6 +31,7 @@ pub struct Records<'a> {
     columns: &'a [CellColumnRecord],
     room: &'a RoomRecord,
     trocar: Option<&'a TrocarRecord>,
+    relaxations: &'a [RelaxationRecord],
 }
 
 impl<'a> Records<'a> {
@@ -48,6 +51,7 @@ impl<'a> Records<'a> {
             columns: file.cell_columns(),
             room: file.room(),
             trocar: file.trocar(),
+            relaxations: file.relaxations(),
         }
     }
 
@@ -67,6 +71,7 @@ impl<'a> Records<'a> {
             columns: &data.cell_columns,
             room: data.room.as_ref()?,
             trocar: data.trocar.as_ref(),
+            relaxations: &data.relaxations,
         })
     }
 }
@@ -102,6 +107,15 @@ impl SceneStorage {
     pub fn new(records: Records<'_>) -> Result<Self, SceneError> {
         let spheres: Vec<RestSphere> = records.spheres.iter().map(sphere).collect();
         let mut organs: Vec<Organ> = records.organs.iter().map(organ).collect();
+        for record in records.relaxations {
+            // Unchecked records may name organs beyond the last; those are left out.
+            if let Some(organ) = organs.get_mut(record.organ as usize) {
+                organ.material.relaxation = Relaxation {
+                    shares: record.shares,
+                    times_s: record.times_s,
+                };
+            }
+        }
         let mut packed = Vec::new();
         for (organ, record) in organs.iter_mut().zip(records.organs) {
             let [first, count] = record.tetrahedra.map(|n| n as usize);
@@ -269,6 +283,7 @@ fn organ(record: &OrganRecord) -> Organ {
             contact_stiffness_n_m: material.contact_stiffness_n_m,
             friction: material.friction,
             toughness_j_m2: material.toughness_j_m2,
+            relaxation: Relaxation::NONE,
         },
     }
 }

@@ -199,6 +199,10 @@ fn assemble(
     }
     let (room, warning) = room::place(recipe, skins)?;
     scene.room = Some(room);
+    let relaxations = (0u32..).zip(&recipe.organs);
+    scene.relaxations = relaxations
+        .filter_map(|(i, plan)| plan.material.relaxation_record(i))
+        .collect();
     scene.trocar = recipe.room.trocar.as_ref().map(room::trocar);
     // Refuse a scene here that the processes would refuse.
     scene.to_bytes()?;

@@ -188,6 +188,27 @@ fn mistakes_name_line_key_value_and_remedy() {
             "is 3; allowed: 0.1 to 0.6",
         ),
         (
+            "young_pa = 4000.0",
+            "relaxation = [[0.5, 1.9], [0.5, 51.0]]",
+            12,
+            "organ[0].material.relaxation",
+            "is 1; allowed: 0 to 0.9",
+        ),
+        (
+            "young_pa = 4000.0",
+            "relaxation = [[0.3, 0.001]]",
+            12,
+            "organ[0].material.relaxation",
+            "is 0.001; allowed: 0.05 to 1000",
+        ),
+        (
+            "young_pa = 4000.0",
+            "relaxation = [[0.1, 1], [0.1, 2], [0.1, 3]]",
+            12,
+            "organ[0].material.relaxation",
+            "has 3 terms; allowed: up to 2",
+        ),
+        (
             "_length_m = 0.3",
             "_length_m = 0.3\n[room.trocar]\nsliding_n = 9",
             6,

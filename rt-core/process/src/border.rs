@@ -25,6 +25,11 @@ const _: () = {
     assert!(limits::TROCAR_FRICTION_MAX_N.to_bits() == most.to_bits());
     let most = capacity::TROCAR_WALL_MAX_NM_RAD;
     assert!(limits::TROCAR_WALL_MAX_NM_RAD.to_bits() == most.to_bits());
+    let most = capacity::RELAXED_SHARE_MAX;
+    assert!(limits::RELAXED_SHARE_MAX.to_bits() == most.to_bits());
+    let (least, most) = capacity::RELAXATION_TIMES_S;
+    assert!(limits::RELAXATION_TIMES_S.0.to_bits() == least.to_bits());
+    assert!(limits::RELAXATION_TIMES_S.1.to_bits() == most.to_bits());
     assert!(limits::STAGES == Stage::ALL.len());
     assert!(limits::FAULTS == FAULT_COUNT);
     assert!(StateFrame::GONE == rt_core::tissue::cells::REMOVED);

@@ -161,7 +161,33 @@ impl SceneFile {
             )));
         }
         str_from_name(&room.name).ok_or_else(|| bad("its name is not UTF-8".into()))?;
-        self.check_trocar()
+        self.check_trocar()?;
+        self.check_relaxations()
+    }
+
+    fn check_relaxations(&self) -> Result<(), SceneError> {
+        let (least_s, most_s) = limits::RELAXATION_TIMES_S;
+        let most = limits::RELAXED_SHARE_MAX;
+        for (i, it) in self.relaxations().iter().enumerate() {
+            let [fast, slow] = it.shares;
+            let is_share = |share: f32| (0.0..=most).contains(&share);
+            let problem = if it.organ as usize >= self.organs().len() {
+                format!("organ {} does not exist", it.organ)
+            } else if !(is_share(fast) && is_share(slow) && is_share(fast + slow)) {
+                format!("shares are {fast} and {slow}, allowed are 0 to {most} together")
+            } else if !it
+                .times_s
+                .iter()
+                .all(|time_s| (least_s..=most_s).contains(time_s))
+            {
+                let [fast, slow] = it.times_s;
+                format!("times_s are {fast} and {slow}, allowed are {least_s} to {most_s}")
+            } else {
+                continue;
+            };
+            return Err(record_error("relaxation", i, problem));
+        }
+        Ok(())
     }
 
     fn check_trocar(&self) -> Result<(), SceneError> {

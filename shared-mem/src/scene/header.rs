@@ -8,7 +8,7 @@ pub(super) const ALIGN: usize = 64;
 /// Sections that every scene has.
 pub(super) const SECTIONS_MIN: usize = 14;
 /// Sections of a scene that has all.
-pub(super) const SECTIONS: usize = 15;
+pub(super) const SECTIONS: usize = 16;
 
 /// Header of one level in the file.
 #[repr(C)]

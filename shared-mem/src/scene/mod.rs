@@ -6,8 +6,8 @@
 //! sections plain records, each 64-byte aligned
 //! ```
 //!
-//! The last section, the trocar, is absent in a scene without one. So a scene that does not ask
-//! for a trocar has the bytes and the identity that it had before trocars were known.
+//! The last sections, trocar and relaxations, are absent in a scene without them. So a scene that
+//! asks for neither has the bytes and the identity that it had before they were known.
 //!
 //! A file may hold several levels of detail, finest first. Each level is a complete scene with an
 //! identity of its own, and begins at a multiple of 64 bytes.
@@ -28,9 +28,9 @@ pub use file::SceneFile;
 pub use levels::LEVELS_MAX;
 pub use record::{
     AttachmentRecord, BINDINGS, COLUMNS, CONTACT_BINDINGS, CellColumnRecord, CellRecord,
-    ContactVertexRecord, LinkRecord, MaterialRecord, OrganKind, OrganRecord, RoomRecord,
-    SphereRecord, TetraRecord, TrocarRecord, VertexRecord, WEIGHT_SUM, WORLD, name_from_str,
-    str_from_name,
+    ContactVertexRecord, LinkRecord, MaterialRecord, OrganKind, OrganRecord, RelaxationRecord,
+    RoomRecord, SphereRecord, TetraRecord, TrocarRecord, VertexRecord, WEIGHT_SUM, WORLD,
+    name_from_str, str_from_name,
 };
 pub use write::SceneData;
 

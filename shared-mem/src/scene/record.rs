@@ -98,6 +98,18 @@ pub struct TrocarRecord {
     pub wall_nm_rad: f32,
 }
 
+/// Relaxation of an organ's material. An organ without such a record does not relax.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct RelaxationRecord {
+    /// Index of the organ.
+    pub organ: u32,
+    /// Share of the stress of a fast strain that each of two terms loses in the end.
+    pub shares: [f32; 2],
+    /// Time constant of each term, s.
+    pub times_s: [f32; 2],
+}
+
 /// A material. The two stiffnesses without a unit are for the inner-sphere paper's method.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]

@@ -10,8 +10,8 @@ use super::file::SceneFile;
 use super::header::{ALIGN, HEADER_BYTES, Header, SECTIONS, SECTIONS_MIN, Section, head_bytes};
 use super::{
     AttachmentRecord, CellColumnRecord, CellRecord, ContactVertexRecord, LAYOUT_VERSION,
-    LinkRecord, MAGIC, OrganRecord, RoomRecord, SceneId, SphereRecord, TetraRecord, TrocarRecord,
-    VertexRecord,
+    LinkRecord, MAGIC, OrganRecord, RelaxationRecord, RoomRecord, SceneId, SphereRecord,
+    TetraRecord, TrocarRecord, VertexRecord,
 };
 
 /// A scene as preparation builds it.
@@ -48,6 +48,8 @@ pub struct SceneData {
     pub cell_columns: Vec<CellColumnRecord>,
     /// The instrument's trocar; `None`: it neither rubs nor resists tilting.
     pub trocar: Option<TrocarRecord>,
+    /// Relaxations of the organs that relax.
+    pub relaxations: Vec<RelaxationRecord>,
 }
 
 impl SceneData {
@@ -58,10 +60,10 @@ impl SceneData {
     /// bytes.
     pub fn to_bytes(&self) -> Result<Vec<u8>, SceneError> {
         let room = self.room.ok_or(SceneError::MissingRoom)?;
-        let sections = if self.trocar.is_some() {
-            SECTIONS
-        } else {
-            SECTIONS_MIN
+        let sections = match (self.relaxations.is_empty(), &self.trocar) {
+            (false, _) => SECTIONS,
+            (true, Some(_)) => SECTIONS_MIN + 1,
+            (true, None) => SECTIONS_MIN,
         };
         let mut body = Body {
             head: head_bytes(sections),
@@ -82,8 +84,11 @@ impl SceneData {
         body.push(12, &self.cells);
         body.push(13, &self.cell_corners);
         body.push(14, &self.cell_columns);
-        if let Some(trocar) = &self.trocar {
-            body.push(15, core::slice::from_ref(trocar));
+        if sections > SECTIONS_MIN {
+            body.push(15, self.trocar.as_slice());
+        }
+        if !self.relaxations.is_empty() {
+            body.push(16, &self.relaxations);
         }
 
         let table: &[u8] = bytemuck::cast_slice(&body.table);

@@ -251,9 +251,10 @@ impl Command {
             return Err("--kept has no effect here: it belongs to `force` and `all`".to_owned());
         }
         match self {
-            Self::Haptics(_) if !["", WAIT].contains(&asked.only()) => Err(format!(
+            Self::Haptics(_) if !["", WAIT, FELT].contains(&asked.only()) => Err(format!(
                 "--case has no effect here but `--case {WAIT}`, which measures waits for the tick \
-                 alone: `haptics` measures all of its cases"
+                 alone, and `--case {FELT}`, which measures strokes alone: `haptics` measures all \
+                 of its cases"
             )),
             _ => Ok(()),
         }
@@ -262,6 +263,8 @@ impl Command {
 
 /// Case of `haptics`: samples that wait for the tick.
 const WAIT: &str = "wait";
+/// Case of `haptics`: strokes into walls, with the measures of OmniSurg's haptic bench.
+const FELT: &str = "felt";
 
 fn run(asked: &Asked, charts: &[Chart]) -> Result<(), String> {
     let out = &asked.out;
@@ -348,6 +351,11 @@ fn measure_collision(asked: &Asked) -> Result<Vec<Section>, String> {
 
 fn measure_haptics(asked: &Asked) -> Result<Vec<Section>, String> {
     let out = &asked.out;
+    if asked.only() == FELT {
+        let rows = haptics::felt(asked.quick)?;
+        write(out, "haptics.csv", &haptics::csv(&rows))?;
+        return Ok(Vec::new());
+    }
     let waits = haptics::waits(asked.quick)?;
     write(out, "haptics_wait.csv", &haptics::waits_csv(&waits))?;
     if asked.only() == WAIT {

@@ -91,6 +91,7 @@ fn table(name: &str, folder: &Path) -> Result<Table, String> {
         "drawing" => drawing::by_tier(&read("drawing-h200.csv")?),
         "views" => drawing::by_view(&read("drawing-h200.csv")?),
         "haptics" => haptics(&read("haptics.csv")?),
+        "haptics felt" => haptics_felt(&read("haptics.csv")?),
         "haptics wait" => guide::waits(&read("haptics_wait.csv")?),
         "guide" => guide::options(&read("guide.csv")?),
         "skinning" => skinning(&read("skinning.csv")?),
@@ -352,6 +353,49 @@ fn haptics(csv: &Csv) -> Table {
                     format!("{:.1}", largest(&steps)),
                 ]);
             }
+        }
+    }
+    table
+}
+
+/// Measures of OmniSurg's haptic bench: the median of each law and hand.
+fn haptics_felt(csv: &Csv) -> Table {
+    let mut table = Table::new(&[
+        "law",
+        "hand",
+        "settings",
+        "20–300 Hz: peak, mN",
+        "rms, mN",
+        "injected, mJ",
+        "rise, ms",
+        "drag in air, mN",
+        "jerk, m/s³",
+        "depth, mm",
+    ]);
+    let columns = [
+        ("osc_peak_mn", 1),
+        ("osc_rms_mn", 2),
+        ("injected_mj", 2),
+        ("rise_ms", 0),
+        ("drag_mn", 2),
+        ("jerk_m_s3", 0),
+        ("deepest_mm", 2),
+    ];
+    for hand in ["relaxed", "firm"] {
+        for law in csv.distinct("law") {
+            let own = || {
+                let strokes = csv.rows().filter(|r| r.text("test") == "felt");
+                strokes.filter(|r| r.text("law") == law && r.text("hand") == hand)
+            };
+            if own().count() == 0 {
+                continue;
+            }
+            let median = |(column, digits): (&str, usize)| {
+                let all: Vec<f64> = own().map(|r| r.number(column)).collect();
+                format!("{:.digits$}", statistics::median(&all))
+            };
+            let first = [law.clone(), hand.to_owned(), own().count().to_string()];
+            table.row(first.into_iter().chain(columns.map(median)));
         }
     }
     table

@@ -16,6 +16,7 @@ use crate::contact::law::Law;
 use crate::contact::patch::Patch;
 use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
+use crate::scene::Relaxation;
 use crate::time::TICK_S;
 use crate::tissue::Bodies;
 use crate::tool::{Role, Tool};
@@ -131,6 +132,8 @@ pub(crate) struct CachedForce {
     /// Along the normal, N.
     pub(crate) force_n: f32,
     pub(crate) bristle: Bristle,
+    /// Force that each term of the relaxation has lost, N.
+    lost_n: [f32; 2],
 }
 
 impl CachedForce {
@@ -138,6 +141,7 @@ impl CachedForce {
     pub(crate) const ZERO: Self = Self {
         force_n: 0.0,
         bristle: Bristle::RELAXED,
+        lost_n: [0.0; 2],
     };
 }
 
@@ -186,6 +190,14 @@ pub(crate) struct ContactConstraint {
     /// depth by which the skin has sunk, and the offset of [`crate::contact::separation`].
     touching_height_m: f32,
     inverse_mass_per_kg: f32,
+    relaxation: Relaxation,
+    /// Force that each term of the relaxation has lost, N.
+    lost_n: [f32; 2],
+    /// Force that the contact would have without relaxation, N.
+    elastic_n: f32,
+    /// Travel of the tool along the skin relative to the tissue in this tick, m. Known only with
+    /// relaxation.
+    slid_m: f32,
 }
 
 /// A contact before it is solved; becomes a [`ContactConstraint`].
@@ -206,6 +218,7 @@ pub(crate) struct Candidate {
     /// Stiffness of the friction bristle, N/m.
     pub(crate) bristle_stiffness_n_m: f32,
     pub(crate) cached: CachedForce,
+    pub(crate) relaxation: Relaxation,
 }
 
 impl ContactSite {
@@ -227,7 +240,42 @@ impl ContactConstraint {
             ContactModel::HalfSpace(law) => Some(law),
             ContactModel::Wall { .. } => None,
         };
-        LoadedContact::new(number, self.normal, self.at_m, self.force_n, law)
+        LoadedContact::new(
+            number,
+            self.normal,
+            self.at_m,
+            self.dent_n(self.force_n),
+            law,
+        )
+    }
+
+    /// Force by which the tissue is dented while the tool feels `force_n`, N: without relaxation
+    /// the same.
+    fn dent_n(&self, force_n: f32) -> f32 {
+        if force_n > 0.0 {
+            force_n + self.lost_in_all_n()
+        } else {
+            force_n
+        }
+    }
+
+    fn lost_in_all_n(&self) -> f32 {
+        let [fast, slow] = self.lost_n;
+        fast + slow
+    }
+
+    /// Lets the lost force follow the elastic one through a substep of `step_s`. The dent relaxes
+    /// as the spheres do ([`crate::tissue`]).
+    fn relax(&mut self, step_s: f32) {
+        let rates = self.relaxation.rates(step_s);
+        for ((lost_n, share), rate) in self
+            .lost_n
+            .iter_mut()
+            .zip(self.relaxation.shares)
+            .zip(rates)
+        {
+            *lost_n += (share * self.elastic_n - *lost_n) * rate;
+        }
     }
 
     fn new(candidate: Candidate, bodies: &Bodies) -> Self {
@@ -261,6 +309,10 @@ impl ContactConstraint {
             patch_start_m: patch_m,
             touching_height_m: normal.dot(&(candidate.center_m - patch_m)) - candidate.separation_m,
             inverse_mass_per_kg: candidate.patch.inverse_mass_per_kg(bodies),
+            relaxation: candidate.relaxation,
+            lost_n: candidate.cached.lost_n,
+            elastic_n: 0.0,
+            slid_m: 0.0,
             patch: candidate.patch,
         }
     }
@@ -282,9 +334,13 @@ impl ContactConstraint {
 
     /// Force and bristle for the next tick.
     pub(crate) fn cached(&self) -> CachedForce {
+        // Tissue that the tool slides onto has lost nothing yet. After a way as long as the tool's
+        // radius, all of the tissue under it is new.
+        let old = (1.0 - self.slid_m / self.radius_m.max(f32::MIN_POSITIVE)).max(0.0);
         CachedForce {
             force_n: self.force_n,
             bristle: self.bristle.after(&self.friction_n),
+            lost_n: self.lost_n.map(|lost_n| lost_n * old),
         }
     }
 }
@@ -422,9 +478,13 @@ impl ContactConstraints {
                     continue;
                 }
                 let separation_m = separation_m + influences.displacement_by_others_m(index);
-                let (force_n, stiffness_n_m) = constraint
-                    .model
-                    .force_n(separation_m, sphere_compliance_m_n);
+                // The dent is that of the elastic force; the spheres yield to what is left of it.
+                let lost_n = constraint.lost_in_all_n();
+                let (elastic_n, stiffness_n_m) = constraint.model.force_n(
+                    separation_m - sphere_compliance_m_n * lost_n,
+                    sphere_compliance_m_n,
+                );
+                let force_n = (elastic_n - lost_n).max(0.0);
                 // The travel of the tool relative to the tissue, if this contact had no friction.
                 // The bristle uses its part along the skin.
                 let relative_travel_m = constraint.travel_m
@@ -440,12 +500,17 @@ impl ContactConstraints {
                 let change_n = constraint.normal * (constraint.force_n - force_n)
                     + (constraint.friction_n - friction_n);
                 constraint.patch.push(&(change_n * step_squared_s2), bodies);
-                influences.set_force(index, force_n);
+                influences.set_force(index, constraint.dent_n(force_n));
+                let slid_m = relative_travel_m.cross(&constraint.normal);
                 if let Some(constraint) = influences
                     .constraint(index)
                     .and_then(|i| self.all.get_mut(i))
                 {
                     constraint.force_n = force_n;
+                    if constraint.relaxation.acts() {
+                        constraint.elastic_n = elastic_n;
+                        constraint.slid_m = math::norm(&slid_m);
+                    }
                     constraint.stiffness_n_m = stiffness_n_m;
                     constraint.friction_n = friction_n;
                     // A sliding or frictionless contact adds no stiffness along the skin.
@@ -473,6 +538,9 @@ impl ContactConstraints {
             {
                 constraint.mean_force_n += constraint.force_n * share;
                 constraint.mean_friction_n += constraint.friction_n * share;
+                if constraint.relaxation.acts() {
+                    constraint.relax(step_s);
+                }
             }
         }
     }

@@ -86,6 +86,12 @@
 //! that the spheres supply. The bristle never pulls harder than `μ F` (return mapping), so there is
 //! no step between sticking and sliding. The friction moves the spheres too.
 //!
+//! # Relaxation
+//!
+//! If the material relaxes, a held dent loses force as the spheres do. With the force `r` lost so
+//! far, the contact solves `s + y F + δ(F + r) − c (F + r) = 0`. A tool that slides onto new tissue
+//! leaves the loss behind.
+//!
 //! # Tubes
 //!
 //! Ducts and vessels collide as beads (balls) along the lines that join their spheres; layers one

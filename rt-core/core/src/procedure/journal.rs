@@ -182,7 +182,7 @@ impl Journal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Inside, Material};
+    use crate::scene::{Inside, Material, Relaxation};
 
     const ORGAN: Organ = Organ {
         sphere_start: 0,
@@ -206,6 +206,7 @@ mod tests {
             contact_stiffness_n_m: 0.0,
             friction: 0.0,
             toughness_j_m2: 0.0,
+            relaxation: Relaxation::NONE,
         },
     };
 

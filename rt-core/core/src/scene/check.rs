@@ -4,12 +4,12 @@ use core::fmt;
 
 use crate::capacity::{
     MAX_ATTACHMENTS, MAX_BATCHES, MAX_LINKS, MAX_ORGANS, MAX_SPHERES, MAX_SUTURES,
-    TROCAR_FRICTION_MAX_N, TROCAR_WALL_MAX_NM_RAD,
+    RELAXATION_TIMES_S, RELAXED_SHARE_MAX, TROCAR_FRICTION_MAX_N, TROCAR_WALL_MAX_NM_RAD,
 };
 use crate::math::{self, Pose, Vec3};
 use crate::scene::{
-    Anchor, Attachment, Layers, Link, Material, Organ, RestSphere, Room, SUBSTEPS_MAX, Scene, Skin,
-    TetraBatch, Trocar, is_suture,
+    Anchor, Attachment, Layers, Link, Material, Organ, Relaxation, RestSphere, Room, SUBSTEPS_MAX,
+    Scene, Skin, TetraBatch, Trocar, is_suture,
 };
 
 /// Reason why a scene is refused. Indices refer to the caller's arrays.
@@ -497,7 +497,33 @@ fn check_material(i: usize, material: &Material) -> Result<(), SceneError> {
         material.toughness_j_m2,
         (0.0, 1.0e6),
         "0 to 1e6 J/m2",
-    )
+    )?;
+    check_relaxation(i, &material.relaxation)
+}
+
+fn check_relaxation(i: usize, relaxation: &Relaxation) -> Result<(), SceneError> {
+    let [fast, slow] = relaxation.shares;
+    let (least_s, most_s) = RELAXATION_TIMES_S;
+    let all = (0.0, RELAXED_SHARE_MAX);
+    in_range("relaxation's first share", i, fast, all, "0 to 0.9")?;
+    in_range("relaxation's second share", i, slow, all, "0 to 0.9")?;
+    in_range(
+        "sum of relaxation's shares",
+        i,
+        fast + slow,
+        all,
+        "0 to 0.9",
+    )?;
+    for time_s in relaxation.times_s {
+        in_range(
+            "relaxation's time",
+            i,
+            time_s,
+            (least_s, most_s),
+            "0.05 to 1000 s",
+        )?;
+    }
+    Ok(())
 }
 
 fn check_link(j: usize, link: &Link, organ: &Organ) -> Result<(), SceneError> {

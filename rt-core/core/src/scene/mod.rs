@@ -2,6 +2,7 @@
 
 mod cell;
 mod check;
+mod relaxation;
 mod skin;
 mod suture;
 mod tetra;
@@ -9,6 +10,7 @@ mod trocar;
 
 pub use cell::{COLUMNS, Cell, Column, Layers, NO_CELL};
 pub use check::SceneError;
+pub use relaxation::Relaxation;
 pub use skin::{NO_VERTEX, SKIN_BINDINGS, Skin, SkinVertex};
 pub(crate) use suture::{is_suture, numbered};
 pub use tetra::{LANES, Tetra, TetraBatch, batches};
@@ -42,6 +44,8 @@ pub struct Material {
     pub friction: f32,
     /// Energy of a tear or cut per area, J/m²; 0 if the organ cannot tear.
     pub toughness_j_m2: f32,
+    /// Stress that tissue loses while it is held; acts in organs with tetrahedra.
+    pub relaxation: Relaxation,
 }
 
 impl Material {
@@ -56,6 +60,7 @@ impl Material {
         contact_stiffness_n_m: 0.0,
         friction: 0.0,
         toughness_j_m2: 0.0,
+        relaxation: Relaxation::NONE,
     };
 }
 
@@ -332,6 +337,7 @@ pub(crate) mod tests {
             contact_stiffness_n_m: 500.0,
             friction: 0.0,
             toughness_j_m2: 0.0,
+            relaxation: Relaxation::NONE,
         };
         Organ {
             sphere_start,

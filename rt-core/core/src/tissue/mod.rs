@@ -37,6 +37,11 @@
 //! batch at a time, in AVX registers or in plain arrays. Both do equal operations in equal order,
 //! so they give equal bits.
 //!
+//! # Relaxation
+//!
+//! A material may ask for two Prony terms: held tissue then loses a part of its force, tissue under
+//! a load creeps (`relaxation`). Young's modulus is that of a fast strain.
+//!
 //! # Links
 //!
 //! Tubes, and tissue without tetrahedra, have elastic links: `C = |p1 − p2| − L` with a compliance.
@@ -105,6 +110,7 @@ pub(crate) mod multirate;
 pub mod neo_hookean;
 pub mod paper;
 pub(crate) mod per_sphere;
+mod relaxation;
 pub(crate) mod sleep;
 pub(crate) mod substeps;
 pub mod suture;

@@ -29,6 +29,7 @@ use crate::scene::{LANES, Organ, Scene, TetraBatch};
 use crate::tissue::Node;
 use crate::tissue::lanes::Lanes;
 use crate::tissue::per_sphere::PerSphere;
+use crate::tissue::relaxation::{Lost, NOTHING_LOST};
 
 /// Share of the impulses with which the next substep begins. The missing 1 ‰ lets rounding errors
 /// decay. A smaller share makes tissue softer.
@@ -143,6 +144,8 @@ pub(crate) struct WarmStart {
     /// its size, positive if the link pushes its spheres apart.
     link_impulses: [Lanes; MAX_TUBE_LINKS],
     spheres: PerSphere<SphereMemory>,
+    /// Impulses that the spheres of relaxing organs have lost.
+    lost: PerSphere<Lost>,
     /// Bounds of each organ, from its stiffness and substeps.
     limits: [Limits; MAX_ORGANS],
 }
@@ -196,6 +199,8 @@ pub(crate) struct OrganMemory<'a> {
     pub(crate) links_m: &'a mut [f32],
     /// Memory of its spheres.
     pub(crate) spheres: &'a mut [SphereMemory],
+    /// Impulses that its spheres have lost.
+    pub(crate) lost: &'a mut [Lost],
 }
 
 impl WarmStart {
@@ -204,6 +209,7 @@ impl WarmStart {
         links_m: [0.0; MAX_LINKS],
         link_impulses: [Lanes::ZERO; MAX_TUBE_LINKS],
         spheres: PerSphere::new(SphereMemory::REST),
+        lost: PerSphere::new(NOTHING_LOST),
         limits: [Limits::NONE; MAX_ORGANS],
     };
 
@@ -265,6 +271,7 @@ impl WarmStart {
             spheres: self
                 .spheres
                 .range_mut(organ.sphere_start, organ.sphere_count),
+            lost: self.lost.range_mut(organ.sphere_start, organ.sphere_count),
         }
     }
 
@@ -275,6 +282,7 @@ impl WarmStart {
         let memory = self.of(organ);
         memory.spheres.fill(SphereMemory::REST);
         memory.batches.iter_mut().for_each(BatchMemory::reset);
+        memory.lost.fill(NOTHING_LOST);
         let at_m = |sphere: u32| scene.spheres.get(sphere as usize).map(|it| it.center_m);
         for (length_m, link) in memory.links_m.iter_mut().zip(scene.elastic_links_of(organ)) {
             *length_m = match (at_m(link.a), at_m(link.b)) {

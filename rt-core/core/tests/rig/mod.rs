@@ -11,8 +11,8 @@ use rt_core::port::{
 };
 use rt_core::procedure::clip::Clip;
 use rt_core::scene::{
-    Anchor, Attachment, Inside, Link, Material, NO_VERTEX, Organ, RestSphere, Room, SKIN_BINDINGS,
-    Scene, Skin, SkinVertex, Tetra, TetraBatch, Trocar, batches,
+    Anchor, Attachment, Inside, Link, Material, NO_VERTEX, Organ, Relaxation, RestSphere, Room,
+    SKIN_BINDINGS, Scene, Skin, SkinVertex, Tetra, TetraBatch, Trocar, batches,
 };
 use rt_core::sim::{Digest, Ports, Samples, Stage, TickView};
 use rt_core::tissue::Method;
@@ -50,6 +50,7 @@ pub(crate) const SOFT: Material = Material {
     contact_stiffness_n_m: 400.0,
     friction: 0.1,
     toughness_j_m2: 0.0,
+    relaxation: Relaxation::NONE,
 };
 
 /// An organ without tetrahedra, all of whose links are elastic.

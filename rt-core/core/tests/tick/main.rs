@@ -11,6 +11,7 @@ mod grip;
 mod motion;
 mod opening;
 mod proxy;
+mod relax;
 #[path = "../rig/mod.rs"]
 mod rig;
 mod sew;

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use rt_core::capacity::{TROCAR_FRICTION_MAX_N, TROCAR_WALL_MAX_NM_RAD};
+use rt_core::capacity::{RELAXATION_TIMES_S, TROCAR_FRICTION_MAX_N, TROCAR_WALL_MAX_NM_RAD};
 use shared_mem::scene::OrganKind;
 
 use super::locate::{Step, line_of_offset, line_of_path};
+use super::material::KEEPS_STRESS;
 use super::raw::{FrameRaw, MaterialRaw, OrganRaw, RecipeRaw, RoomRaw, TieRaw, TrocarRaw};
 use super::{
     Closing, Frame, Material, MeshOptions, OrganPlan, Packing, Place, Recipe, Region, RoomPlan,
@@ -17,6 +18,9 @@ use crate::shape::{Anatomy, Shape};
 
 /// Largest number of organs of a scene.
 const ORGANS_MAX: usize = rt_core::capacity::MAX_ORGANS;
+
+/// Largest sum of the shares of its stress that tissue may lose. The core's limit is the same.
+const SHARES_MAX: f64 = 0.9;
 
 /// Allowed time budgets of a tick, µs. The period is 1000 µs.
 const TICK_US: std::ops::RangeInclusive<f64> = 5.0..=1000.0;
@@ -435,7 +439,41 @@ fn check_material(
             *value = place.number(&path, given, min..=max)?;
         }
     }
+    material.relaxation = check_relaxation(place, organ, &raw.relaxation)?;
     Ok(material)
+}
+
+/// Up to two terms; a missing one loses nothing.
+fn check_relaxation(
+    place: &Source<'_>,
+    organ: usize,
+    raw: &[[f64; 2]],
+) -> Result<[[f64; 2]; 2], RecipeError> {
+    let path = [
+        Step::Key("organ"),
+        Step::Index(organ),
+        Step::Key("material"),
+        Step::Key("relaxation"),
+    ];
+    let mut terms = KEEPS_STRESS;
+    if raw.len() > terms.len() {
+        let problem = format!("has {} terms; allowed: up to {}", raw.len(), terms.len());
+        return Err(place.error(&path, problem));
+    }
+    let (least_s, most_s) = RELAXATION_TIMES_S;
+    let (least_s, most_s) = (f64::from(least_s), f64::from(most_s));
+    for (term, [share, time_s]) in terms.iter_mut().zip(raw) {
+        // Decimal places as written, not those of a 32-bit number.
+        let shortest_s = (least_s * 1e6).round() / 1e6;
+        let share = place.number(&path, *share, 0.0..=SHARES_MAX)?;
+        *term = [share, place.number(&path, *time_s, shortest_s..=most_s)?];
+    }
+    place.number(
+        &path,
+        terms.iter().map(|[share, _]| share).sum(),
+        0.0..=SHARES_MAX,
+    )?;
+    Ok(terms)
 }
 
 fn check_room(

@@ -1,6 +1,6 @@
 //! Materials of organs.
 
-use shared_mem::scene::{MaterialRecord, OrganKind};
+use shared_mem::scene::{MaterialRecord, OrganKind, RelaxationRecord};
 
 use super::sourced::sourced;
 
@@ -28,7 +28,13 @@ pub struct Material {
     pub friction: f64,
     /// Energy of a tear or cut per area, J/m²; 0: the tissue does not tear.
     pub toughness_j_m2: f64,
+    /// Share of its stress that held tissue loses, and the time constant, s, of two terms. By
+    /// default tissue keeps its stress.
+    pub relaxation: [[f64; 2]; 2],
 }
+
+/// The relaxation of tissue that keeps its stress.
+pub(super) const KEEPS_STRESS: [[f64; 2]; 2] = [[0.0, 1.0]; 2];
 
 impl Material {
     /// Typical values of this kind of tissue. [`sourced`] has the source of each.
@@ -57,7 +63,20 @@ impl Material {
             contact_stiffness_n_m,
             friction,
             toughness_j_m2,
+            relaxation: KEEPS_STRESS,
         }
+    }
+
+    /// The compiled scene's record of the relaxation of organ number `organ`; `None` for tissue
+    /// that keeps its stress.
+    #[must_use]
+    pub fn relaxation_record(&self, organ: u32) -> Option<RelaxationRecord> {
+        let [[fast, fast_s], [slow, slow_s]] = self.relaxation;
+        (fast > 0.0 || slow > 0.0).then(|| RelaxationRecord {
+            organ,
+            shares: [fast as f32, slow as f32],
+            times_s: [fast_s as f32, slow_s as f32],
+        })
     }
 
     /// Converts the material to the compiled scene's record.

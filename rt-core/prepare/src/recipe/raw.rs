@@ -115,4 +115,5 @@ pub(super) struct MaterialRaw {
     pub(super) contact_stiffness_n_m: Option<f64>,
     pub(super) friction: Option<f64>,
     pub(super) toughness_j_m2: Option<f64>,
+    pub(super) relaxation: Vec<[f64; 2]>,
 }

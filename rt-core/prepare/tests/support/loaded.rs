@@ -2,8 +2,8 @@
 
 use rt_core::math::{Pose, Vec3};
 use rt_core::scene::{
-    Anchor, Attachment, Cell, Column, Inside, Layers, Link, Material, Organ, RestSphere, Room,
-    Scene, Skin, SkinVertex, Tetra, TetraBatch, Trocar, batches,
+    Anchor, Attachment, Cell, Column, Inside, Layers, Link, Material, Organ, Relaxation,
+    RestSphere, Room, Scene, Skin, SkinVertex, Tetra, TetraBatch, Trocar, batches,
 };
 use shared_mem::scene::{SceneData, WORLD};
 
@@ -69,6 +69,7 @@ impl LoadedScene {
                     contact_stiffness_n_m: material.contact_stiffness_n_m,
                     friction: material.friction,
                     toughness_j_m2: material.toughness_j_m2,
+                    relaxation: Relaxation::NONE,
                 },
             });
         }

@@ -1,7 +1,7 @@
 //! Bodies on which the device presses: a wall, and tissue.
 
 use rt_core::math::{Pose, Vec3};
-use rt_core::scene::{Inside, Material, Organ, RestSphere, Room, Scene, Trocar};
+use rt_core::scene::{Inside, Material, Organ, Relaxation, RestSphere, Room, Scene, Trocar};
 use scene_prepare::held::Plane;
 
 use crate::body::Tissue;
@@ -27,6 +27,7 @@ impl Wall {
             contact_stiffness_n_m: stiffness_n_m as f32,
             friction: 0.0,
             toughness_j_m2: 0.0,
+            relaxation: Relaxation::NONE,
         };
         Self {
             organs: [Organ {

@@ -4,10 +4,10 @@ use glam::{Quat, Vec3};
 use rt_process::rehearsal::{Rehearsal, rehearse};
 use scene_prepare::{Recipe, prepare};
 use shared_mem::message::{CommandMsg, HandMsg};
-use shared_mem::scene::{SceneFile, str_from_name};
+use shared_mem::scene::{OrganRecord, RelaxationRecord, SceneFile, str_from_name};
 use shared_mem::words::{EventKind, Instrument};
 
-use crate::seeded_hand::{Place, Seeded, place, tip_m};
+use crate::seeded_hand::{self, Place, Seeded, tip_m};
 
 /// Speed of the hand, m/s.
 const SPEED_M_S: f32 = 0.03;
@@ -33,20 +33,33 @@ pub(super) struct Pull {
     pub(super) left: Option<f64>,
 }
 
-/// Pulls at one place of an organ for each seed, and holds for `hold_s`.
+/// Pulls at one place of an organ for each seed, and holds for `hold_s`. The organ relaxes by the
+/// shares and times of `relaxation`, if there is one.
 ///
 /// # Errors
 /// The reason why the scene or the organ cannot be used, in words.
-pub(super) fn pulls(organ: &str, seeds: u64, hold_s: f64) -> Result<Vec<Pull>, String> {
+pub(super) fn pulls(
+    organ: &str,
+    seeds: u64,
+    hold_s: f64,
+    relaxation: Option<([f32; 2], [f32; 2])>,
+) -> Result<Vec<Pull>, String> {
     let recipe = Recipe::built_in().map_err(|e| e.to_string())?;
-    let prepared = prepare(&recipe, &mut |_| {}).map_err(|e| e.to_string())?;
+    let mut prepared = prepare(&recipe, &mut |_| {}).map_err(|e| e.to_string())?;
+    let is_named = |it: &OrganRecord| str_from_name(&it.name) == Some(organ);
+    let place = prepared.scene.organs.iter().position(is_named);
+    if let (Some((shares, times_s)), Some(place)) = (relaxation, place) {
+        prepared.scene.relaxations = vec![RelaxationRecord {
+            organ: place as u32,
+            shares,
+            times_s,
+        }];
+    }
     let bytes = prepared.scene.to_bytes().map_err(|e| e.to_string())?;
     let scene = SceneFile::from_bytes(&bytes).map_err(|e| e.to_string())?;
-    let is_it = |it: &shared_mem::scene::OrganRecord| str_from_name(&it.name) == Some(organ);
-    let found = scene.organs().iter().position(is_it);
-    let number = found.ok_or_else(|| format!("the built-in scene has no {organ}"))?;
+    let number = place.ok_or_else(|| format!("the built-in scene has no {organ}"))?;
     let one = |seed: u64| {
-        let at = place(&scene, number, &mut Seeded::new(seed))
+        let at = seeded_hand::place(&scene, number, &mut Seeded::new(seed))
             .ok_or_else(|| format!("no place of the {organ} faces the port"))?;
         rehearse(&scene, |rehearsal| Hand::new(rehearsal).pull(&at, hold_s))
             .map_err(|e| e.to_string())

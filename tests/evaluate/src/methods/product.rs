@@ -2,8 +2,8 @@
 
 use rt_core::math::Pose;
 use rt_core::scene::{
-    Inside, Link, Material, Organ, RestSphere, Room, SUBSTEPS_MAX, Scene, SceneError, Skin, Tetra,
-    TetraBatch, Trocar, batches,
+    Inside, Link, Material, Organ, Relaxation, RestSphere, Room, SUBSTEPS_MAX, Scene, SceneError,
+    Skin, Tetra, TetraBatch, Trocar, batches,
 };
 use rt_core::study::Tissue;
 use rt_core::tissue::paper::Paper;
@@ -156,6 +156,7 @@ impl Parts {
                 contact_stiffness_n_m: 500.0,
                 friction: 0.0,
                 toughness_j_m2: 0.0,
+                relaxation: Relaxation::NONE,
             },
         };
         Ok(Self {
@@ -184,6 +185,14 @@ impl Parts {
     pub(crate) fn without_viscosity(mut self) -> Self {
         for organ in &mut self.plan.organs {
             organ.material.retardation_s = 0.0;
+        }
+        self
+    }
+
+    /// Lets the tissue relax.
+    pub(crate) fn relaxing(mut self, relaxation: Relaxation) -> Self {
+        for organ in &mut self.plan.organs {
+            organ.material.relaxation = relaxation;
         }
         self
     }

@@ -395,6 +395,7 @@ fn candidate(
         travel_m: contact.travel_m,
         friction: material.friction,
         cached: contact.cached,
+        relaxation: material.relaxation,
         patch: closest.patch,
     }
 }

@@ -22,7 +22,7 @@ use crate::contact::separation::FilteredSeparation;
 use crate::contact::skin::SLIP_M;
 use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
-use crate::scene::{Material, Scene};
+use crate::scene::{Material, Relaxation, Scene};
 use crate::time::TICK_S;
 use crate::tissue::tubes::{Ball, Bead};
 use crate::tissue::{Bodies, Bounds};
@@ -414,6 +414,7 @@ fn candidate(
         friction: material.friction,
         bristle_stiffness_n_m: wall_n_m / tangential_over_normal_compliance(material.poisson),
         cached: contact.cached,
+        relaxation: Relaxation::NONE, // tubes do not relax
     }
 }
 

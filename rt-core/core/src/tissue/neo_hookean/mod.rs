@@ -8,6 +8,8 @@ mod wide;
 
 use kernel::Moduli;
 
+use crate::tissue::relaxation;
+
 use crate::scene::{Material, Organ, Scene};
 use crate::tissue::links;
 use crate::tissue::warm_start::{self, Limits};
@@ -41,9 +43,16 @@ impl Solver for NeoHookean {
         let batches = scene.batches_of(organ);
         if let (false, Some(moduli)) = (batches.is_empty(), moduli(&organ.material, step_s, limits))
         {
+            let relaxation = &organ.material.relaxation;
+            if relaxation.acts() {
+                relaxation::apply(nodes, organ, memory.lost);
+            }
             warm_start::begin(nodes, organ, limits.kept_share, memory.spheres);
             kernel::project(nodes, batches, memory.batches, &moduli);
             warm_start::end(nodes, organ, limits.kept_share, memory.spheres);
+            if relaxation.acts() {
+                relaxation::follow(relaxation, step_s, memory.spheres, memory.lost);
+            }
         }
     }
 
