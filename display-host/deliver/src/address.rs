@@ -22,8 +22,11 @@ const UNREADABLE: &str = "it cannot be read, and is not repeated because it may 
 #[derive(Debug)]
 pub struct Destination {
     pub(crate) kind: Kind,
-    /// Address without user and password: the name of the centre in the store.
+    /// Address without user and password: the name of the centre in the store, one for all its
+    /// spellings.
     pub(crate) name: String,
+    /// Name as earlier versions wrote it: just as it was spelled.
+    pub(crate) spelled: String,
     pub(crate) authorities: Vec<rustls::pki_types::CertificateDer<'static>>,
 }
 
@@ -93,13 +96,14 @@ impl Destination {
         let is_database = ["postgres://", "postgresql://"]
             .iter()
             .any(|it| address.starts_with(it));
-        let (kind, name) = match is_database {
+        let (kind, name, spelled) = match is_database {
             true => database(address, is_hidden, variable)?,
             false => records(address, is_hidden, variable)?,
         };
         Ok(Self {
             kind,
             name,
+            spelled,
             authorities,
         })
     }
@@ -109,7 +113,7 @@ fn database(
     address: &str,
     is_hidden: bool,
     variable: &dyn Fn(&str) -> Option<String>,
-) -> Result<(Kind, String), DeliverError> {
+) -> Result<(Kind, String, String), DeliverError> {
     let refused = |problem: &str| refused(address, problem);
     // The library's error repeats parts of the address.
     let mut config = tokio_postgres::Config::from_str(address).map_err(|_| refused(UNREADABLE))?;
@@ -132,10 +136,16 @@ fn database(
             .collect::<Vec<_>>()
             .join(","),
     };
-    let name = printable(&format!(
-        "postgres://{}:{ports}/{database}",
-        hosts.join(",")
-    ));
+    let named = |hosts: &[String]| {
+        let hosts = hosts.join(",");
+        printable(&format!("postgres://{hosts}:{ports}/{database}"))
+    };
+    let spelled = named(&hosts);
+    let plain = config.get_hosts().iter().map(|it| match it {
+        Host::Tcp(name) => plain_host(name),
+        Host::Unix(_) => host(it),
+    });
+    let name = named(&plain.collect::<Vec<_>>());
     if config.get_password().is_some() && !is_hidden {
         return Err(DeliverError::Shown {
             to: name,
@@ -158,7 +168,7 @@ fn database(
         });
     }
     config.application_name("calot");
-    Ok((Kind::Database(Box::new(config)), name))
+    Ok((Kind::Database(Box::new(config)), name, spelled))
 }
 
 fn host(host: &Host) -> String {
@@ -187,7 +197,7 @@ fn records(
     address: &str,
     is_hidden: bool,
     variable: &dyn Fn(&str) -> Option<String>,
-) -> Result<(Kind, String), DeliverError> {
+) -> Result<(Kind, String, String), DeliverError> {
     let refused = |problem: &str| refused(address, problem);
     let uri = Uri::from_str(address).map_err(|_| refused(UNREADABLE))?;
     let (Some(scheme), Some(authority)) = (uri.scheme_str(), uri.authority()) else {
@@ -217,7 +227,12 @@ fn records(
         .path()
         .trim_end_matches('/')
         .trim_end_matches("/statements");
-    let name = format!("{scheme}://{place}{path}");
+    let spelled = format!("{scheme}://{place}{path}");
+    let port = match (scheme, authority.port_u16()) {
+        ("https", Some(443)) | ("http", Some(80)) | (_, None) => String::new(),
+        (_, Some(port)) => format!(":{port}"),
+    };
+    let name = format!("{scheme}://{}{port}{path}", plain_host(authority.host()));
     let key = match key {
         Some(_) if !is_hidden => {
             return Err(DeliverError::Shown {
@@ -235,7 +250,12 @@ fn records(
     let Some((user, password)) = key else {
         return Err(DeliverError::NoPassword { to: name });
     };
-    Ok((Kind::Records(Key { user, password }), name))
+    Ok((Kind::Records(Key { user, password }), name, spelled))
+}
+
+/// One spelling of a host.
+fn plain_host(host: &str) -> String {
+    host.trim_end_matches('.').to_ascii_lowercase()
 }
 
 /// Refuses an address of which a part of a password could pass for a host, a path or a parameter.
@@ -319,6 +339,34 @@ mod tests {
             said("postgres://ada:s3cret@db.example/calot").contains("in --to, which every user")
         );
         assert!(said("https://ada:s3cret@lrs.example/x").contains("CALOT_LRS_PASSWORD"));
+    }
+
+    #[test]
+    fn the_spellings_of_one_address_are_one_centre() {
+        for (one, name) in [
+            (
+                "https://LRS.Example:443/xapi/statements",
+                "https://lrs.example/xapi",
+            ),
+            ("HTTPS://lrs.example./xapi/", "https://lrs.example/xapi"),
+            (
+                "https://lrs.example:8443/XAPI",
+                "https://lrs.example:8443/XAPI",
+            ),
+            ("http://LocalHost:80/xapi", "http://localhost/xapi"),
+            ("http://[::1]:81/", "http://[::1]:81"),
+            (
+                "postgres://ada@DB.example/Calot",
+                "postgres://db.example:5432/Calot",
+            ),
+            (
+                "postgresql://db.example.:5432/Calot",
+                "postgres://db.example:5432/Calot",
+            ),
+        ] {
+            let to = Destination::shown(one, None, &variables).unwrap();
+            assert_eq!(to.name(), name, "{one}");
+        }
     }
 
     #[test]

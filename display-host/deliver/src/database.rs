@@ -6,7 +6,7 @@ use std::future::Future;
 use std::sync::Arc;
 
 use rustls::{ClientConfig, RootCertStore};
-use store::{Outgoing, Withdrawal};
+use store::{Consent, Outgoing, Told, Withdrawal};
 use tokio::runtime::Runtime;
 use tokio_postgres::error::SqlState;
 use tokio_postgres::types::{Json, ToSql};
@@ -17,7 +17,9 @@ use uuid::Uuid;
 use crate::address::Destination;
 use crate::centre::{CONNECT, Centre, PATIENCE, Receipt};
 use crate::error::{DeliverError, certificate_problem, in_words};
-use crate::tables::{ADD_POINT, CAPPED, ENROL, PLAIN, REMOVE_SHEET, STEPS, VERSION, insert, same};
+use crate::tables::{
+    ADD_POINT, CAPPED, ENROL, FILL_SITE, KNOWN, PLAIN, REMOVE_SHEET, STEPS, VERSION, insert, same,
+};
 
 /// Lock under which tables are made: "Calo" in ASCII.
 const MAKING: i64 = 0x4361_6c6f;
@@ -186,19 +188,14 @@ async fn deliver(
     if change.query_one(mark, &[&row.person, &began]).await?.get(0) {
         return Ok(Receipt::Forgotten);
     }
-    let consent = it.consent.name();
-    let person: [&(dyn ToSql + Sync); 5] = [&row.person, &it.name, &it.cohort, &consent, &began];
-    change.execute(ENROL, &person).await?;
+    enrol(&change, it, row.person).await?;
     let added = change.execute(&insert(), &row.values()).await?;
-    if added == 0
-        && !change
-            .query_one(&same(), &row.values())
-            .await?
-            .get::<_, bool>(0)
-    {
+    let [lasting @ .., site] = row.values();
+    if added == 0 && !change.query_one(&same(), &lasting).await?.get::<_, bool>(0) {
         // The trainee is not kept on account of a session that the centre has from elsewhere.
         return Ok(Receipt::Differs);
     }
+    change.execute(FILL_SITE, &[&row.id, site]).await?;
     for sheet in &it.ratings {
         let key: [&(dyn ToSql + Sync); 3] = [&row.id, &sheet.sheet, &sheet.rater];
         change.execute(REMOVE_SHEET, &key).await?;
@@ -214,6 +211,32 @@ async fn deliver(
         0 => Receipt::Known,
         _ => Receipt::New,
     })
+}
+
+/// Notes cohort and consent of a person, unless something later is known.
+async fn enrol(
+    change: &Transaction<'_>,
+    it: &Outgoing,
+    person: Uuid,
+) -> Result<(), tokio_postgres::Error> {
+    let known = change.query_opt(KNOWN, &[&person]).await?;
+    let known = known.map_or_else(Told::default, |row| Told {
+        cohort: row.get(0),
+        cohort_unix_s: row.get(1),
+        consent: Consent::from_name(row.get(2)).unwrap_or_default(),
+        consent_unix_s: row.get(3),
+    });
+    let told = known.joined(&it.told);
+    let consent = told.consent.name();
+    let values: [&(dyn ToSql + Sync); 6] = [
+        &person,
+        &it.name,
+        &told.cohort,
+        &told.cohort_unix_s,
+        &consent,
+        &told.consent_unix_s,
+    ];
+    change.execute(ENROL, &values).await.map(drop)
 }
 
 async fn forget(

@@ -56,6 +56,7 @@ pub struct Refusal {
 /// # Errors
 /// [`DeliverError::Store`], when the store cannot be read or written.
 pub fn push(store: &mut Store, to: &Destination) -> Result<Pushed, DeliverError> {
+    store.respell(&to.spelled, to.name())?;
     let destination = store.destination(to.name())?;
     let mut pushed = Pushed {
         to: to.name().to_owned(),

@@ -8,14 +8,15 @@
 //! | `forgotten` | a person who was forgotten; sessions that began by then stay out |
 //! | `setting` | a setting by name; `version`: the number of [`STEPS`] that were taken |
 //!
-//! In `trainee`, `cohort_unix_s` and `consent_unix_s` are the start of the newest session that came
-//! with this cohort or consent; NULL: unknown.
+//! In `trainee`, `cohort_unix_s` and `consent_unix_s` say when that was told; NULL: unknown. The
+//! later telling counts (`store::Told`). Before step 4 they were the start of the newest session
+//! that came with it.
 
 /// Version of the tables that this program needs.
 pub(crate) const VERSION: usize = STEPS.len();
 
 /// SQL that makes the tables, step by step. A centre of an older version takes those that it lacks.
-pub(crate) const STEPS: [&str; 3] = [FIRST, SECOND, THIRD];
+pub(crate) const STEPS: [&str; 4] = [FIRST, SECOND, THIRD, FOURTH];
 
 const FIRST: &str = "
 CREATE SCHEMA calot;
@@ -73,38 +74,49 @@ const THIRD: &str = "
 ALTER TABLE calot.trainee ADD COLUMN cohort_unix_s bigint, ADD COLUMN consent_unix_s bigint;
 ";
 
+// What nobody told has no time.
+const FOURTH: &str = "
+UPDATE calot.trainee SET cohort_unix_s = NULL WHERE cohort = '';
+UPDATE calot.trainee SET consent_unix_s = NULL WHERE consent = 'unknown';
+";
+
 /// Columns of a session, in the order of the values that `INSERT` and `SAME` take.
 const COLUMNS: &str = "id, person, began_unix_s, task, difficulty, outcome, score, alarms, metrics_version, metrics, \
     scene, program, hand, realtime, missed_ticks, device, driver, site";
 const SLOTS: &str =
     "$1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18";
+/// Columns of a session but its site, which may be named later.
+const LASTING: &str = "id, person, began_unix_s, task, difficulty, outcome, score, alarms, metrics_version, metrics, \
+    scene, program, hand, realtime, missed_ticks, device, driver";
 
 /// Adds a session, if there is none of its id.
 pub(crate) fn insert() -> String {
     format!("INSERT INTO calot.session ({COLUMNS}) VALUES ({SLOTS}) ON CONFLICT (id) DO NOTHING")
 }
 
-/// Finds a session of exactly these values.
+/// Finds a session of exactly these values, whatever its site.
 pub(crate) fn same() -> String {
     format!(
-        "SELECT EXISTS (SELECT FROM calot.session WHERE ({COLUMNS}) IS NOT DISTINCT FROM \
+        "SELECT EXISTS (SELECT FROM calot.session WHERE ({LASTING}) IS NOT DISTINCT FROM \
          ($1::uuid, $2::uuid, $3::bigint, $4::text, $5::text, $6::text, $7::double precision, $8::bigint, $9::bigint, \
-         $10::jsonb, $11::text, $12::text, $13::text, $14::boolean, $15::bigint, $16::text, $17::text, $18::text))"
+         $10::jsonb, $11::text, $12::text, $13::text, $14::boolean, $15::bigint, $16::text, $17::text))"
     )
 }
 
-/// Adds a person, or what is newly known of one. A refusal counts more than a consent. The start of
-/// the newest session that came with a cohort or a consent tells how new that is.
-pub(crate) const ENROL: &str = "INSERT INTO calot.trainee AS known \
-    (person, name, cohort, consent, cohort_unix_s, consent_unix_s) \
-    VALUES ($1, $2, $3, $4, $5, $5) ON CONFLICT (person) DO UPDATE SET \
-    cohort = CASE excluded.cohort WHEN '' THEN known.cohort ELSE excluded.cohort END, \
-    cohort_unix_s = CASE excluded.cohort WHEN '' THEN known.cohort_unix_s \
-    ELSE greatest(known.cohort_unix_s, excluded.cohort_unix_s) END, \
-    consent = CASE WHEN known.consent = 'unknown' OR excluded.consent = 'no' THEN excluded.consent \
-    ELSE known.consent END, \
-    consent_unix_s = CASE WHEN known.consent = 'unknown' OR excluded.consent IN ('no', known.consent) \
-    THEN greatest(known.consent_unix_s, excluded.consent_unix_s) ELSE known.consent_unix_s END";
+/// Names the site of a session that has none.
+pub(crate) const FILL_SITE: &str =
+    "UPDATE calot.session SET site = $2 WHERE id = $1 AND site = '' AND $2 <> ''";
+
+/// Cohort and consent of a person, with the times of their telling.
+pub(crate) const KNOWN: &str =
+    "SELECT cohort, cohort_unix_s, consent, consent_unix_s FROM calot.trainee WHERE person = $1";
+
+/// Adds a person, or replaces cohort and consent.
+pub(crate) const ENROL: &str = "INSERT INTO calot.trainee \
+    (person, name, cohort, cohort_unix_s, consent, consent_unix_s) \
+    VALUES ($1, $2, $3, $4, $5, $6) ON CONFLICT (person) DO UPDATE SET \
+    cohort = excluded.cohort, cohort_unix_s = excluded.cohort_unix_s, \
+    consent = excluded.consent, consent_unix_s = excluded.consent_unix_s";
 
 /// Takes from a person what was told until a forgetting.
 pub(crate) const PLAIN: &str = "UPDATE calot.trainee SET \

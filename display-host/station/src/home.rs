@@ -16,6 +16,11 @@ pub(crate) fn data() -> Option<PathBuf> {
     })
 }
 
+/// Folder of settings. `None`: there is no home folder.
+pub(crate) fn config() -> Option<PathBuf> {
+    folder("XDG_CONFIG_HOME", ".config", |name| std::env::var_os(name))
+}
+
 fn folder(
     named: &str,
     in_home: &str,

@@ -7,13 +7,14 @@ use rusqlite::{Connection, Transaction};
 use crate::error::StoreError;
 use crate::names::check_name;
 use crate::schema::{
-    APPLICATION, FROM_FIRST, OLDEST_VERSION, SCHEMA_VERSION, SECOND, TABLES, THIRD,
+    APPLICATION, FOURTH, FROM_FIRST, OLDEST_VERSION, SCHEMA_VERSION, SECOND, TABLES, THIRD,
 };
 
 /// Makes the tables of an empty file, or brings those of an older version to this one. Refuses
 /// every other file. The caller commits.
 pub(crate) fn make_or_migrate(making: &Transaction<'_>, path: &Path) -> Result<(), StoreError> {
     let sqlite = |error| refused(path, error);
+    let mut found = 2;
     if marks(making, path)? == (0, 0, 0) {
         making.execute_batch(TABLES).map_err(sqlite)?;
         making.execute_batch(SECOND).map_err(sqlite)?;
@@ -21,7 +22,7 @@ pub(crate) fn make_or_migrate(making: &Transaction<'_>, path: &Path) -> Result<(
             .pragma_update(None, "application_id", APPLICATION)
             .map_err(sqlite)?;
     } else {
-        let found = check_is_store(making, path)?;
+        found = check_is_store(making, path)?;
         if found == SCHEMA_VERSION {
             return Ok(());
         }
@@ -31,7 +32,10 @@ pub(crate) fn make_or_migrate(making: &Transaction<'_>, path: &Path) -> Result<(
             normalise_names(making).map_err(sqlite)?;
         }
     }
-    making.execute_batch(THIRD).map_err(sqlite)?;
+    if found < 3 {
+        making.execute_batch(THIRD).map_err(sqlite)?;
+    }
+    making.execute_batch(FOURTH).map_err(sqlite)?;
     making
         .pragma_update(None, "user_version", SCHEMA_VERSION)
         .map_err(sqlite)

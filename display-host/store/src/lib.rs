@@ -15,8 +15,8 @@
 //! stations without a coordinator. `schema.rs` documents every table.
 //!
 //! ```text
-//! schema ◄ file ◄ open ◄ trainees ◄ sessions ◄ merge     what is kept
-//! withdrawal ◄ forgotten ◄──┘    └── outbox              what goes to a centre, and leaves it
+//! schema ◄ file ◄ open ◄ trainees ◄ told, sessions ◄ merge   what is kept
+//! withdrawal ◄ forgotten ◄──┘    └── outbox ◄ inbox      what goes to a centre, and leaves it
 //! names  ◄──┘       └── questionnaire, form ◄ sheet      what is asked
 //!                       export, table                    JSON, CSV
 //! ```
@@ -26,6 +26,7 @@ mod export;
 mod file;
 mod forgotten;
 mod form;
+mod inbox;
 mod merge;
 mod names;
 mod open;
@@ -36,6 +37,7 @@ mod sessions;
 mod sheet;
 mod table;
 mod text_file;
+mod told;
 mod trainees;
 mod withdrawal;
 
@@ -51,6 +53,7 @@ pub use schema::SCHEMA_VERSION;
 pub use sessions::{Circumstances, Hand, SessionRecord};
 pub use sheet::{GOALS, Rating};
 pub use table::csv_field;
+pub use told::Told;
 pub use trainees::{Consent, Trainee};
 pub use withdrawal::{Withdrawal, person_id};
 

@@ -2,9 +2,9 @@
 //!
 //! Sessions need no coordinator, because no two stations make the same UUID of version 7. A chosen
 //! name identifies a trainee: equal names at two stations are one person. Existing entries stay
-//! unchanged, with three exceptions: the newer answer to a questionnaire replaces the older one; a
-//! consent that was refused at either place counts as refused; a cohort or consent that is unknown
-//! here comes from there. A second merge of the same store changes nothing.
+//! unchanged, with three exceptions: the newer answer to a questionnaire replaces the older one; of
+//! a cohort or consent, the later telling counts ([`Told`]); a session without a site gets that of
+//! there. A second merge of the same store changes nothing.
 //!
 //! Whoever was forgotten here or there does not come in ([`crate::Store::forget`]). The marks of
 //! the other store are added to those here.
@@ -21,7 +21,8 @@ use crate::file::refused;
 use crate::forgotten::Forgotten;
 use crate::names::{are_alike, check_name, shown};
 use crate::open::Store;
-use crate::sessions::{COLUMNS, check_id, check_text};
+use crate::sessions::{COLUMNS, SITE, check_id, check_text};
+use crate::told::{TOLD, Told, told_of};
 
 /// Example query of a training centre, for any program that reads SQLite: number of sessions of
 /// every trainee and task, and the means of the score and of one metric in the JSON.
@@ -153,24 +154,35 @@ impl Merge<'_> {
 
     /// Adds all trainees. Those who come with nothing and were forgotten are taken out at the end.
     fn trainees(&mut self) -> Result<(), StoreError> {
-        for it in self.theirs.trainees()? {
-            let name = check_name(&it.name)?;
+        let query = format!("SELECT name, {TOLD} FROM trainee ORDER BY name");
+        let read = |row: &rusqlite::Row<'_>| Ok((row.get("name")?, told_of(row)?));
+        let theirs: Vec<(String, Told)> = self.theirs.rows(&query, [], read)?;
+        let ours = format!("SELECT {TOLD} FROM trainee WHERE name = ?1");
+        for (as_there, mut told) in theirs {
+            let name = check_name(&as_there)?;
             let when = self.forgotten.when(&name);
-            self.when.extend(when.map(|at| (it.name.clone(), at)));
+            self.when.extend(when.map(|at| (as_there, at)));
             let add = "INSERT OR IGNORE INTO trainee (name) VALUES (?1)";
             let added = self.ours.execute(add, [&name]);
             added.map_err(|error| self.refused(error))?;
-            // Cohort and consent carry no time, so they are not taken for a person who was
-            // forgotten.
-            if when.is_none() {
-                check_text(&name, &it.cohort)?;
-                let change = "UPDATE trainee SET cohort = iif(cohort = '', ?2, cohort), \
-                              consent = iif(consent = 'unknown' OR ?3 = 'no', ?3, consent) WHERE name = ?1";
-                let changed = self
-                    .ours
-                    .execute(change, [&name, &it.cohort, it.consent.name()]);
-                changed.map_err(|error| self.refused(error))?;
+            if let Some(at) = when {
+                told = told.after(at);
             }
+            check_text(&name, &told.cohort)?;
+            let known = self.ours.query_row(&ours, [&name], told_of);
+            let joined = known.map_err(|error| self.refused(error))?.joined(&told);
+            let change = "UPDATE trainee SET cohort = ?2, cohort_unix_s = ?3, consent = ?4, consent_unix_s = ?5 \
+                          WHERE name = ?1";
+            let consent = joined.consent.name();
+            let values = params![
+                name,
+                joined.cohort,
+                joined.cohort_unix_s,
+                consent,
+                joined.consent_unix_s
+            ];
+            let changed = self.ours.execute(change, values);
+            changed.map_err(|error| self.refused(error))?;
         }
         Ok(())
     }
@@ -178,8 +190,7 @@ impl Merge<'_> {
     fn sessions(&mut self) -> Result<(), StoreError> {
         let columns = COLUMNS.map(|it| format!("session.{it}"));
         // Sessions that were kept before their store had a site are of that site, too.
-        let site = "coalesce(nullif(session.site, ''), (SELECT value FROM setting WHERE setting.name = 'site'), '')";
-        let their_columns = columns.join(", ").replace("session.site", site);
+        let their_columns = columns.join(", ").replace("session.site", SITE);
         let query = |columns: &str, order: &str| {
             format!(
                 "SELECT {columns}, trainee.name FROM session JOIN trainee ON trainee.id = session.trainee {order}"
@@ -206,7 +217,12 @@ impl Merge<'_> {
             let found = self.ours.query_row(&known, [&id], row).optional();
             if let Some(found) = found.map_err(|error| self.refused(error))? {
                 self.merged.known += 1;
-                self.merged.differing += u64::from(found != session);
+                self.merged.differing += u64::from(!are_same(&found, &session));
+                if let Some(site) = value_at(&session, "site") {
+                    let fill = "UPDATE session SET site = ?2 WHERE id = ?1 AND site = ''";
+                    let filled = self.ours.execute(fill, params![id, site]);
+                    filled.map_err(|error| self.refused(error))?;
+                }
                 if let Some(Value::Text(here)) = found.last()
                     && *here != name
                 {
@@ -321,6 +337,23 @@ fn check_not_same(into: &Path, other: &Path) -> Result<(), StoreError> {
     }
 }
 
+/// True if two sessions say the same. The site does not count: a store that is given a site later
+/// fills it in.
+fn are_same(one: &[Value], two: &[Value]) -> bool {
+    let site = COLUMNS.iter().position(|it| *it == "site");
+    let pairs = one.iter().zip(two).enumerate();
+    one.len() == two.len()
+        && pairs
+            .into_iter()
+            .all(|(at, (a, b))| Some(at) == site || a == b)
+}
+
+/// Value of a session in this column.
+fn value_at<'a>(session: &'a [Value], column: &str) -> Option<&'a Value> {
+    let at = COLUMNS.iter().position(|it| *it == column);
+    at.and_then(|it| session.get(it))
+}
+
 fn texts(values: &[Value]) -> impl Iterator<Item = &str> {
     values.iter().filter_map(|it| match it {
         Value::Text(text) => Some(text.as_str()),
@@ -336,8 +369,7 @@ fn check_session(session: &mut [Value]) -> Result<(String, i64, String), StoreEr
         value: "a row of another form".to_owned(),
         allowed: "the columns of its table".to_owned(),
     };
-    let at = |column: &str| COLUMNS.iter().position(|it| *it == column);
-    let value = |column| at(column).and_then(|it| session.get(it)).ok_or_else(wrong);
+    let value = |column| value_at(session, column).ok_or_else(wrong);
     let Value::Text(id) = value("id")?.clone() else {
         return Err(wrong());
     };

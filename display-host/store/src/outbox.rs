@@ -6,13 +6,14 @@ use rusqlite::{Transaction, TransactionBehavior, params};
 
 use crate::error::StoreError;
 use crate::open::Store;
-use crate::sessions::{COLUMNS, SessionRecord, session_of};
+use crate::sessions::{COLUMNS, SITE, SessionRecord, session_of};
 use crate::sheet::Rating;
-use crate::trainees::Consent;
-use crate::withdrawal::{number_of, person_id};
+use crate::told::{TOLD, Told, told_of};
+use crate::withdrawal::{number_of, person_id, respell};
 
 /// State of a session on its way to a centre.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Delivery {
     /// It is at the centre.
     There,
@@ -38,16 +39,14 @@ impl Delivery {
 }
 
 /// A session that has to be sent, with its trainee and sheets.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Outgoing {
     /// Id of the trainee at centres.
     pub person: String,
     /// Name of the trainee.
     pub name: String,
-    /// Cohort of the trainee; empty: not told.
-    pub cohort: String,
-    /// Consent of the trainee to studies.
-    pub consent: Consent,
+    /// Cohort of the trainee and consent to studies.
+    pub told: Told,
     /// The session.
     pub session: SessionRecord,
     /// Its scoring sheets.
@@ -68,6 +67,21 @@ impl Store {
             .map_err(|error| crate::file::refused(&path, error))
     }
 
+    /// Moves the notes and errands of a centre to another spelling of its address.
+    ///
+    /// # Errors
+    /// When the file cannot be read or written.
+    pub fn respell(&mut self, from: &str, to: &str) -> Result<(), StoreError> {
+        if from == to {
+            return Ok(());
+        }
+        let path = self.path().to_owned();
+        let change = self.change()?;
+        respell(&change, from, to)
+            .and_then(|()| change.commit())
+            .map_err(|error| crate::file::refused(&path, error))
+    }
+
     /// Sessions that a centre has not got yet, oldest first.
     ///
     /// # Errors
@@ -84,17 +98,20 @@ impl Store {
         condition: &str,
         values: impl rusqlite::Params,
     ) -> Result<Vec<Outgoing>, StoreError> {
+        let columns = COLUMNS.map(|it| match it {
+            "site" => format!("{SITE} AS site"),
+            other => format!("session.{other}"),
+        });
         let query = format!(
-            "SELECT name, cohort, consent, {} FROM session JOIN trainee ON trainee.id = session.trainee {condition}",
-            COLUMNS.map(|it| format!("session.{it}")).join(", ")
+            "SELECT name, {TOLD}, {} FROM session JOIN trainee ON trainee.id = session.trainee {condition}",
+            columns.join(", ")
         );
         let mut found = self.rows(&query, values, |row| {
-            let (name, consent): (String, String) = (row.get("name")?, row.get("consent")?);
+            let name: String = row.get("name")?;
             Ok(Outgoing {
                 person: person_id(&name),
                 name,
-                cohort: row.get("cohort")?,
-                consent: Consent::from_name(&consent).unwrap_or_default(),
+                told: told_of(row)?,
                 session: session_of(row)?,
                 ratings: Vec::new(),
             })

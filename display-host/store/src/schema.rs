@@ -9,6 +9,7 @@
 //! | `point` | an item of such a sheet; `value` is within the scale of the sheet |
 //! | `forgotten_trainee` | the mark of a name that was forgotten |
 //! | `forgotten_session` | the mark of one of their sessions |
+//! | `forgotten_person` | a person whom a station asked this store, as a centre's, to forget |
 //! | `setting` | a setting of the store by name; `site`: name of the station's site |
 //! | `destination` | a centre to which results go |
 //! | `delivery` | a note on a session and a centre; a session without a note has to be sent |
@@ -16,6 +17,8 @@
 //!
 //! - `trainee`: `name` is the name that the person chose, in Unicode's form NFC. `cohort` is free
 //!   text such as `novice`; empty: not told. `consent` to a study is `yes`, `no` or `unknown`.
+//!   `cohort_unix_s` and `consent_unix_s` say when that was told; NULL: nobody told it, or an
+//!   earlier version was told.
 //! - `session`: `id` is a UUID of version 7. `metrics` is a JSON object of numbers; a metric
 //!   without a value is absent, and only rows of equal `metrics_version` compare. `hand` is
 //!   `person` or `scripted`. `realtime` (1 or 0) and `missed_ticks` say how the controller ran;
@@ -36,7 +39,7 @@
 //! version becomes one of this version when a command writes to it; reading leaves it as it is.
 
 /// Version of the tables.
-pub const SCHEMA_VERSION: i64 = 3;
+pub const SCHEMA_VERSION: i64 = 4;
 /// Oldest version that this program reads.
 pub(crate) const OLDEST_VERSION: i64 = 1;
 /// SQLite's application id, "Calo" in ASCII. It marks the file as a store of Calot.
@@ -154,6 +157,24 @@ CREATE TRIGGER rated AFTER INSERT ON point BEGIN
 END;
 CREATE TRIGGER enrolled AFTER UPDATE OF cohort, consent ON trainee
 WHEN OLD.cohort <> NEW.cohort OR OLD.consent <> NEW.consent BEGIN
+    DELETE FROM delivery WHERE state = 'there'
+        AND session IN (SELECT id FROM session WHERE trainee = NEW.id);
+END;
+";
+
+/// SQL that adds what version 4 has beyond version 3. A telling with a later time goes to centres
+/// even if it says the same, because a centre may have heard otherwise in between.
+pub(crate) const FOURTH: &str = "
+ALTER TABLE trainee ADD COLUMN cohort_unix_s INTEGER;
+ALTER TABLE trainee ADD COLUMN consent_unix_s INTEGER;
+CREATE TABLE forgotten_person (
+    person TEXT PRIMARY KEY NOT NULL,   -- UUID of version 5
+    at_unix_s INTEGER NOT NULL          -- sessions from then on are taken
+) STRICT;
+DROP TRIGGER enrolled;
+CREATE TRIGGER enrolled AFTER UPDATE OF cohort, consent, cohort_unix_s, consent_unix_s ON trainee
+WHEN OLD.cohort <> NEW.cohort OR OLD.consent <> NEW.consent
+    OR OLD.cohort_unix_s IS NOT NEW.cohort_unix_s OR OLD.consent_unix_s IS NOT NEW.consent_unix_s BEGIN
     DELETE FROM delivery WHERE state = 'there'
         AND session IN (SELECT id FROM session WHERE trainee = NEW.id);
 END;

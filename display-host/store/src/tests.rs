@@ -1,6 +1,7 @@
 //! Tests of the whole store.
 
 mod forgotten;
+mod inbox;
 mod migration;
 mod names;
 mod outbox;
@@ -351,7 +352,9 @@ fn forgotten_trainee_is_in_no_log_beside_the_store() {
     drop(Store::open(&path).unwrap());
     let other = Connection::open(&path).unwrap();
     other
-        .execute_batch("PRAGMA journal_mode = WAL; PRAGMA user_version = 3")
+        .execute_batch(&format!(
+            "PRAGMA journal_mode = WAL; PRAGMA user_version = {SCHEMA_VERSION}"
+        ))
         .unwrap();
     let mut store = Store::open_within(&path, Duration::from_millis(10)).unwrap();
     let name = "Zaphod Beeblebrox";

@@ -10,7 +10,7 @@ use crate::open::Store;
 use crate::withdrawal::person_id;
 
 /// A trainee's consent to a study.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Consent {
     /// The person consented.
@@ -82,7 +82,8 @@ impl Store {
     }
 
     /// Sets a trainee's cohort and consent as far as they are given, and adds the trainee if the
-    /// name is new. An empty cohort means that none is told.
+    /// name is new. An empty cohort means that none is told. `at_unix_s` is the time of the
+    /// telling: the later one counts where stores meet.
     ///
     /// # Errors
     /// When the name or the cohort is invalid, or the file cannot be written.
@@ -91,6 +92,7 @@ impl Store {
         name: &str,
         cohort: Option<&str>,
         consent: Option<Consent>,
+        at_unix_s: i64,
     ) -> Result<(), StoreError> {
         let cohort = match cohort.map(str::trim) {
             None => None,
@@ -98,9 +100,10 @@ impl Store {
             Some(text) => Some(checked(text, "a cohort")?),
         };
         let trainee = self.trainee_or_new(name)?;
-        let change = "UPDATE trainee SET cohort = coalesce(?2, cohort), consent = coalesce(?3, consent) \
-                      WHERE id = ?1";
-        let values = params![trainee, cohort, consent.map(Consent::name)];
+        let change = "UPDATE trainee SET cohort = coalesce(?2, cohort), consent = coalesce(?3, consent), \
+                      cohort_unix_s = iif(?2 IS NULL, cohort_unix_s, ?4), \
+                      consent_unix_s = iif(?3 IS NULL, consent_unix_s, ?4) WHERE id = ?1";
+        let values = params![trainee, cohort, consent.map(Consent::name), at_unix_s];
         let changed = self.connection.execute(change, values);
         changed.map(drop).map_err(|error| self.refused(error))
     }

@@ -26,7 +26,7 @@ pub fn person_id(name: &str) -> String {
 }
 
 /// A person whom a centre has to forget.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Withdrawal {
     /// Id of the person at centres.
     pub person: String,
@@ -127,6 +127,28 @@ pub(crate) fn number_of(change: &Connection, address: &str) -> rusqlite::Result<
                    WHERE destination = (SELECT id FROM destination WHERE address = ?2)";
     change.execute(inherit, params![new, LATER])?;
     Ok(new)
+}
+
+/// Moves everything of a centre to another spelling of its address, if the first is known.
+pub(crate) fn respell(change: &Connection, from: &str, to: &str) -> rusqlite::Result<()> {
+    let find = "SELECT id FROM destination WHERE address = ?1";
+    let old: Option<i64> = change
+        .query_row(find, [from], |row| row.get(0))
+        .optional()?;
+    let Some(old) = old else { return Ok(()) };
+    let new = number_of(change, to)?;
+    let move_notes = "UPDATE OR IGNORE delivery SET destination = ?2 WHERE destination = ?1";
+    change.execute(move_notes, [old, new])?;
+    let find = "SELECT person, at_unix_s, sessions FROM withdrawal WHERE destination = ?1";
+    let mut errands = change.prepare(find)?;
+    let errands = errands.query_map([old], |row| Ok((row.get(0)?, row.get(1)?, row.get(2)?)))?;
+    let errands: Vec<(String, i64, String)> = errands.collect::<rusqlite::Result<_>>()?;
+    for (person, at_unix_s, sessions) in errands {
+        let sessions: BTreeSet<String> = serde_json::from_str(&sessions).unwrap_or_default();
+        add(change, new, &person, at_unix_s, sessions)?;
+    }
+    let remove = "DELETE FROM destination WHERE id = ?1";
+    change.execute(remove, [old]).map(drop)
 }
 
 /// Leaves an errand to each centre: forget this person. One more is for centres that are named

@@ -91,7 +91,7 @@ fn a_study_separates_levels_of_skill() {
             assert_ne!(assessed.outcome, Outcome::Aborted, "{:?}", assessed.reasons);
             let name = format!("{cohort} {number}");
             store
-                .enrol(&name, Some(cohort), None)
+                .enrol(&name, Some(cohort), None, 0)
                 .expect("a new trainee");
             store
                 .add_session(&name, &record(assessed))

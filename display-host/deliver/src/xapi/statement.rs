@@ -117,7 +117,8 @@ pub(crate) fn is_persons(it: &Outgoing) -> bool {
 }
 
 /// True if `theirs`, as a record store returns it, says what `ours` does. A record store may add to
-/// a statement and write times and numbers in another form.
+/// a statement and write times and numbers in another form. The site does not count: it may have
+/// been named after the session was sent.
 pub(crate) fn says_the_same(theirs: &Value, ours: &Value) -> bool {
     let at = |value: &Value, path: &str| value.pointer(path).cloned().unwrap_or_default();
     let parts = [
@@ -128,9 +129,13 @@ pub(crate) fn says_the_same(theirs: &Value, ours: &Value) -> bool {
         "/context/registration",
         "/context/extensions",
     ];
+    let mut ours = ours.clone();
+    if let Some(Value::Object(made)) = ours.pointer_mut("/context/extensions") {
+        made.remove(&format!("{OWN}site"));
+    }
     parts
         .iter()
-        .all(|path| includes(&at(theirs, path), &at(ours, path)))
+        .all(|path| includes(&at(theirs, path), &at(&ours, path)))
 }
 
 fn includes(theirs: &Value, ours: &Value) -> bool {

@@ -24,7 +24,7 @@ fn a_result_arrives_whole_and_once() {
     station.keep("Bo's", &session(300));
     let enrolled = station
         .store
-        .enrol("Ada", Some("novice"), Some(Consent::Yes));
+        .enrol("Ada", Some("novice"), Some(Consent::Yes), 50);
     enrolled.expect("a trainee");
     let pushed = station.push_all(&owners(&server));
     assert_eq!((pushed.sent, pushed.known), (3, 0));
@@ -69,7 +69,7 @@ fn sheets_and_consent_that_come_later_arrive_and_replace_older_ones() {
     }
     let rated = station.store.rate(&id, &goals, ("Cy", false), &[1; 5]);
     rated.expect("rated");
-    let refused = station.store.enrol("Ada", None, Some(Consent::No));
+    let refused = station.store.enrol("Ada", None, Some(Consent::No), 150);
     refused.expect("a trainee");
     station.push_all(&owners(&server));
     assert_eq!(server.rows(sums), ["Bo|t|20", "Cy|f|5"]);
@@ -82,6 +82,66 @@ fn sheets_and_consent_that_come_later_arrive_and_replace_older_ones() {
     station.store.forget("Ada", 500).expect("forgotten");
     station.push_all(&owners(&server));
     assert_eq!(server.rows("SELECT count(*) FROM calot.point"), ["0"]);
+}
+
+#[test]
+fn the_later_telling_arrives_whatever_was_told_before_and_by_whom() {
+    let Some(server) = Postgres::start() else {
+        return;
+    };
+    let told = || {
+        server
+            .rows("SELECT cohort, consent FROM calot.trainee")
+            .remove(0)
+    };
+    let (mut here, mut there) = (Station::new(), Station::new());
+    here.keep("Ada", &session(100));
+    there.keep("Ada", &session(200));
+    let mut tell = |is_here: bool, cohort: Option<&str>, consent, at| {
+        let station = if is_here { &mut here } else { &mut there };
+        let enrolled = station.store.enrol("Ada", cohort, consent, at);
+        enrolled.expect("a trainee");
+        station.push_all(&owners(&server));
+        told()
+    };
+    assert_eq!(
+        tell(true, Some("novice"), Some(Consent::No), 10),
+        "novice|no"
+    );
+    assert_eq!(tell(true, None, Some(Consent::Yes), 20), "novice|yes");
+    assert_eq!(tell(true, Some(""), None, 30), "|yes");
+    // Another station tells something older, then refuses again.
+    assert_eq!(tell(false, Some("expert"), Some(Consent::No), 15), "|yes");
+    assert_eq!(tell(false, None, Some(Consent::No), 40), "|no");
+    assert_eq!(tell(true, None, Some(Consent::Unknown), 50), "|unknown");
+}
+
+#[test]
+fn a_site_that_is_named_later_or_elsewhere_makes_no_other_session() {
+    let Some(server) = Postgres::start() else {
+        return;
+    };
+    let (lrs, to) = records();
+    let mut station = Station::new();
+    let mut bare = session(100);
+    bare.circumstances.site = String::new();
+    station.keep("Ada", &bare);
+    station.push_all(&owners(&server));
+    station.push_all(&to);
+    station.store.set_site("theatre-1").expect("a site");
+    let mut centre = Station::new();
+    centre.store.merge(&station.path).expect("merged");
+    for to in [&owners(&server), &to] {
+        let pushed = centre.push_all(to);
+        assert_eq!((pushed.known, pushed.differing.len()), (1, 0), "{pushed:?}");
+    }
+    assert_eq!(server.rows("SELECT site FROM calot.session"), ["theatre-1"]);
+    station.store.set_site("theatre-2").expect("a site");
+    station.lose_notes();
+    let pushed = station.push_all(&owners(&server));
+    assert_eq!((pushed.known, pushed.differing.len()), (1, 0), "{pushed:?}");
+    assert_eq!(server.rows("SELECT site FROM calot.session"), ["theatre-1"]);
+    assert!(lrs.kept().broken.is_empty(), "{:?}", lrs.kept().broken);
 }
 
 #[test]

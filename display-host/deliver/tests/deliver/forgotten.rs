@@ -75,14 +75,14 @@ fn a_late_withdrawal_leaves_what_was_told_after_the_forgetting() {
     here.keep("Zaphod", &session(100));
     let enrolled = here
         .store
-        .enrol("Zaphod", Some("novice"), Some(Consent::Yes));
+        .enrol("Zaphod", Some("novice"), Some(Consent::Yes), 150);
     enrolled.expect("a trainee");
     here.push_all(&owners(&server));
     here.store.forget("Zaphod", 500).expect("forgotten");
     // Another station is faster: its person came back and refuses.
     let mut there = Station::new();
     there.keep("Zaphod", &session(600));
-    let refused = there.store.enrol("Zaphod", None, Some(Consent::No));
+    let refused = there.store.enrol("Zaphod", None, Some(Consent::No), 600);
     refused.expect("a trainee");
     there.push_all(&owners(&server));
     assert_eq!(server.rows(told), ["novice|no"]);
@@ -97,13 +97,13 @@ fn a_consent_from_before_the_forgetting_goes_though_its_person_came_back() {
     };
     let mut here = Station::new();
     here.keep("Zaphod", &session(100));
-    let enrolled = here.store.enrol("Zaphod", None, Some(Consent::Yes));
+    let enrolled = here.store.enrol("Zaphod", None, Some(Consent::Yes), 150);
     enrolled.expect("a trainee");
     here.push_all(&owners(&server));
     here.store.forget("Zaphod", 500).expect("forgotten");
     let mut there = Station::new();
     there.keep("Zaphod", &session(600));
-    let enrolled = there.store.enrol("Zaphod", Some("expert"), None);
+    let enrolled = there.store.enrol("Zaphod", Some("expert"), None, 600);
     enrolled.expect("a trainee");
     there.push_all(&owners(&server));
     here.push_all(&owners(&server));

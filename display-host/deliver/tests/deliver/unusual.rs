@@ -128,7 +128,7 @@ fn tables_of_an_older_version_get_what_they_lack() {
     let rated = station.store.rate(&id, &goals, ("Bo", true), &[3; 5]);
     rated.expect("rated");
     assert_eq!(station.push_all(&owners(&server)).known, 1);
-    assert_eq!(server.rows("SELECT value FROM calot.setting"), ["3"]);
+    assert_eq!(server.rows("SELECT value FROM calot.setting"), ["4"]);
     assert_eq!(server.rows("SELECT sum(value) FROM calot.point"), ["15"]);
 }
 

@@ -15,6 +15,7 @@ mod recording;
 mod replay;
 mod screens;
 mod sketch;
+mod spoken;
 mod station;
 mod task;
 mod theme;
@@ -31,6 +32,7 @@ pub use panel::ui;
 pub use recording::RecordingView;
 pub use replay::ReplayView;
 pub use screens::{Look, Settings};
+pub use spoken::Spoken;
 pub use task::{TaskEnd, TaskNote, TaskView};
 
 use crate::render::timing::PassTimes;

@@ -245,7 +245,7 @@ fn trainee(
     if cohort.is_some() || consent.is_some() || new.new_trainee {
         let mut store = file.open()?;
         new.confirm(&store, name)?;
-        store.enrol(name, cohort, consent)?;
+        store.enrol(name, cohort, consent, now_unix_s())?;
     }
     let people = file.read()?.trainees()?;
     let found = people.into_iter().find(|it| it.name == name);

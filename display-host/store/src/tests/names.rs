@@ -22,7 +22,7 @@ fn names_that_are_easily_confused_are_found() {
     let (_folder, path) = folder();
     let mut store = Store::open(&path).unwrap();
     for name in ["Ada", "Ian", "Jürgen Groß"] {
-        store.enrol(name, None, None).unwrap();
+        store.enrol(name, None, None, 5).unwrap();
     }
     for (name, like) in [
         ("ada", Some("Ada")),
@@ -39,20 +39,27 @@ fn names_that_are_easily_confused_are_found() {
 }
 
 #[test]
-fn cohort_and_consent_are_set_one_by_one_and_a_refusal_wins_in_a_merge() {
+fn cohort_and_consent_are_set_one_by_one_and_the_later_telling_wins_in_a_merge() {
     let (folder, path) = folder();
     let mut store = Store::open(&path).unwrap();
-    store.enrol("Ada", Some(" novice "), None).unwrap();
-    store.enrol("Ada", None, Some(Consent::Yes)).unwrap();
+    store.enrol("Ada", Some(" novice "), None, 30).unwrap();
+    store.enrol("Ada", None, Some(Consent::Yes), 10).unwrap();
     let ada = store.trainees().unwrap().remove(0);
     assert_eq!((ada.cohort.as_str(), ada.consent), ("novice", Consent::Yes));
-    assert!(store.enrol("Ada", Some("a\nb"), None).is_err());
+    assert!(store.enrol("Ada", Some("a\nb"), None, 40).is_err());
     let other = folder.path().join("other");
     let mut theirs = Store::open(&other).unwrap();
     theirs
-        .enrol("Ada", Some("expert"), Some(Consent::No))
+        .enrol("Ada", Some("expert"), Some(Consent::No), 20)
         .unwrap();
     store.merge(&other).unwrap();
     let ada = store.trainees().unwrap().remove(0);
     assert_eq!((ada.cohort.as_str(), ada.consent), ("novice", Consent::No));
+    // A cohort can be taken back, and a consent given after a refusal.
+    store
+        .enrol("Ada", Some(""), Some(Consent::Yes), 50)
+        .unwrap();
+    store.merge(&other).unwrap();
+    let ada = store.trainees().unwrap().remove(0);
+    assert_eq!((ada.cohort.as_str(), ada.consent), ("", Consent::Yes));
 }

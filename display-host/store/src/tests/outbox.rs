@@ -17,7 +17,7 @@ fn a_session_waits_for_each_centre_until_it_has_arrived_there() {
     store.add_session("Ada", &one).unwrap();
     store.add_session("Ada", &two).unwrap();
     store
-        .enrol("Ada", Some("novice"), Some(Consent::No))
+        .enrol("Ada", Some("novice"), Some(Consent::No), 5)
         .unwrap();
     let centre = store.destination(CENTRE).unwrap();
     let other = store.destination("https://lrs.example/xapi").unwrap();
@@ -26,7 +26,7 @@ fn a_session_waits_for_each_centre_until_it_has_arrived_there() {
     let found = store.outgoing(centre).unwrap();
     assert_eq!(found[0].person, person_id(" Ada"));
     assert_eq!(
-        (found[0].cohort.as_str(), found[0].consent),
+        (found[0].told.cohort.as_str(), found[0].told.consent),
         ("novice", Consent::No)
     );
     assert_eq!(found[0].session, one);
@@ -75,10 +75,13 @@ fn a_session_whose_sheets_or_person_changed_waits_again() {
         again.map(drop).unwrap();
     });
     assert_eq!(again[0].ratings[0].sum(), 20);
-    let enrolled = change(&|store| store.enrol("Ada", None, Some(Consent::No)).unwrap());
-    assert_eq!(enrolled[0].consent, Consent::No);
-    let same = change(&|store| store.enrol("Ada", None, Some(Consent::No)).unwrap());
+    let enrolled = change(&|store| store.enrol("Ada", None, Some(Consent::No), 5).unwrap());
+    assert_eq!(enrolled[0].told.consent, Consent::No);
+    let same = change(&|store| store.enrol("Ada", None, Some(Consent::No), 5).unwrap());
     assert!(same.is_empty());
+    // Told once more, it may be news for a centre that heard otherwise in between.
+    let later = change(&|store| store.enrol("Ada", None, Some(Consent::No), 6).unwrap());
+    assert_eq!(later[0].told.consent_unix_s, Some(6));
 }
 
 #[test]
@@ -90,8 +93,8 @@ fn a_session_that_changed_while_it_was_sent_waits_again() {
     let centre = store.destination(CENTRE).unwrap();
     let goals = Sheet::named("goals").unwrap();
     let changes: [&dyn Fn(&mut Store); 3] = [
-        &|store| store.enrol("Ada", Some("expert"), None).unwrap(),
-        &|store| store.enrol("Ada", None, Some(Consent::No)).unwrap(),
+        &|store| store.enrol("Ada", Some("expert"), None, 5).unwrap(),
+        &|store| store.enrol("Ada", None, Some(Consent::No), 5).unwrap(),
         &|store| {
             store.rate(&it.id, &goals, ("Bo", true), &[3; 5]).unwrap();
         },
@@ -211,4 +214,28 @@ fn a_withdrawal_that_makes_no_sense_is_damage() {
     drop(other);
     write(&person_id("Ada"), "[\"../x\"]");
     assert!(store.withdrawals(centre).is_err());
+}
+
+#[test]
+fn another_spelling_of_an_address_takes_over_notes_and_errands() {
+    let (_folder, path) = folder();
+    let mut store = Store::open(&path).unwrap();
+    let (kept, gone) = (session(100, "cut", 1.0), session(200, "cut", 2.0));
+    store.add_session("Ada", &kept).unwrap();
+    store.add_session("Bo", &gone).unwrap();
+    let (from, to) = ("https://LRS.example:443/xapi", "https://lrs.example/xapi");
+    let old = store.destination(from).unwrap();
+    for sent in store.outgoing(old).unwrap() {
+        store
+            .note_deliveries(old, &[(&sent, Delivery::There)])
+            .unwrap();
+    }
+    store.forget("Bo", 500).unwrap();
+    let owed = store.withdrawals(old).unwrap();
+    store.respell(from, to).unwrap();
+    store.respell(from, to).unwrap();
+    let new = store.destination(to).unwrap();
+    assert!(waiting(&store, new).is_empty());
+    assert_eq!(store.withdrawals(new).unwrap(), owed);
+    assert_eq!(store.owed().unwrap(), [to]);
 }

@@ -65,7 +65,7 @@ fn a_table_has_the_same_columns_whoever_is_in_it() {
         site: "theatre".to_owned(),
     };
     store.add_session("Ada", &it).unwrap();
-    store.enrol("Ada", Some("novice"), None).unwrap();
+    store.enrol("Ada", Some("novice"), None, 5).unwrap();
     for (rater, points) in [("R", [1; 5]), ("S", [2; 5])] {
         let goals = Sheet::named("goals").unwrap();
         store.rate(&it.id, &goals, (rater, true), &points).unwrap();
@@ -109,4 +109,17 @@ fn a_site_is_that_of_the_store_when_a_session_is_kept() {
     centre.merge(&path).unwrap();
     assert_eq!(sites(&centre), ["Theatre 1", "Theatre 1"]);
     assert_eq!(centre.merge(&path).unwrap().differing, 0);
+    // One that was merged before its store had a site gets it, and is still the same.
+    let bare = folder.path().join("bare");
+    let mut early = Store::open(&bare).unwrap();
+    let it = session(3, "cut", 1.0);
+    early.add_session("Ada", &it).unwrap();
+    centre.merge(&bare).unwrap();
+    early.set_site("Theatre 2").unwrap();
+    let merged = centre.merge(&bare).unwrap();
+    assert_eq!((merged.known, merged.differing), (1, 0));
+    assert_eq!(sites(&centre), ["Theatre 1", "Theatre 1", "Theatre 2"]);
+    let to = early.destination("https://lrs.example/xapi").unwrap();
+    let sent = early.outgoing(to).unwrap().remove(0);
+    assert_eq!(sent.session.circumstances.site, "Theatre 2");
 }
