@@ -1,4 +1,4 @@
-//! What the centre knows of its stations now, for everybody who looks.
+//! Knowledge of all stations as they are now, for everybody who looks.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -31,7 +31,7 @@ pub struct Heard {
 /// A picture and its number.
 pub type Picture = (u64, Arc<[u8]>);
 
-/// What is known of a station.
+/// Knowledge of a station.
 #[derive(Debug, Clone, Default)]
 pub struct Known {
     /// It is connected.

@@ -47,7 +47,7 @@ pub enum CentreError {
     /// The network's library refuses.
     #[error("{doing} failed: {problem}")]
     Network {
-        /// What was being done.
+        /// Deed that failed.
         doing: &'static str,
         /// Reason.
         problem: String,

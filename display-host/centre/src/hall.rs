@@ -32,9 +32,9 @@ const VIEW_HZ: f64 = 30.0;
 /// The centre, for all its tasks.
 #[derive(Debug)]
 pub struct Hall {
-    /// What is known of the stations.
+    /// Knowledge of the stations.
     pub board: Board,
-    /// Who may do what.
+    /// Rights of stations and instructors.
     pub roster: RwLock<Roster>,
     /// The log.
     pub log: Log,
@@ -53,7 +53,7 @@ impl Hall {
     /// Opens the centre for the stations of its list.
     ///
     /// # Errors
-    /// What is wrong with the list, or the address.
+    /// If the list or the address is wrong.
     pub async fn open(
         list: PathBuf,
         store: PathBuf,

@@ -111,7 +111,7 @@ struct JoinArgs {
 
 #[derive(Debug, Args)]
 struct RehearseArgs {
-    /// What `calot tell` wrote
+    /// Recording: the output of `calot tell`
     recording: PathBuf,
     /// Address of the centre
     #[arg(long, value_name = "HOST:PORT")]

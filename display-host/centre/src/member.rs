@@ -31,7 +31,7 @@ const RESULTS_EVERY: Duration = Duration::from_secs(20);
 /// Longest wait for the last results when the station ends.
 const LAST_RESULTS: Duration = Duration::from_secs(5);
 
-/// What a station tells of itself.
+/// A station as it tells of itself.
 #[derive(Debug, Clone)]
 pub struct Member {
     /// Name of the station on this computer.
@@ -67,7 +67,7 @@ impl Member {
     /// Tells the centre of the station until it ends, or this process is asked to end.
     ///
     /// # Errors
-    /// When `calot tell` does not start, or speaks another language.
+    /// If `calot tell` does not start, or speaks another language.
     pub async fn run(&self) -> Result<(), CentreError> {
         let terminated = || signal(SignalKind::terminate());
         let mut stop = terminated().map_err(|error| self.teller_failed(&error))?;

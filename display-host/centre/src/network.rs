@@ -75,7 +75,7 @@ pub async fn join(address: &str, keys: &Keys) -> Result<Session, CentreError> {
         .map_err(network("connecting to the centre"))
 }
 
-/// What both ends have in common: TLS only, nobody is searched for or told of.
+/// Settings of both ends: TLS only, nobody is searched for or told of.
 fn common(tls: Value) -> Result<Config, CentreError> {
     let mut config = Config::default();
     for (key, value) in [

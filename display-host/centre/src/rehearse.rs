@@ -63,7 +63,7 @@ async fn recording(path: &PathBuf) -> Result<Vec<Frame>, CentreError> {
 /// line for each alarm when it is sent.
 ///
 /// # Errors
-/// When the recording cannot be read, or the centre is not reached.
+/// If the recording cannot be read, or the centre is not reached.
 pub async fn rehearse(
     path: &PathBuf,
     address: &str,

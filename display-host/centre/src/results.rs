@@ -16,7 +16,7 @@ use crate::topic::Topic;
 /// Longest wait for the centre's answer.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// What a station sends.
+/// Message of a station.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum Sent {
@@ -49,7 +49,7 @@ pub fn take(store: &Path, sent: &[u8]) -> Value {
 /// Sends what the centre lacks. Returns how much arrived.
 ///
 /// # Errors
-/// When the store cannot be read, or the centre does not answer.
+/// If the store cannot be read, or the centre does not answer.
 pub async fn send(store: &Path, session: &Session, own: &str) -> Result<usize, CentreError> {
     if !store.is_file() {
         return Ok(0);
@@ -100,6 +100,14 @@ async fn ask(session: &Session, own: &str, sent: &Sent) -> Result<Delivery, Cent
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_store_that_is_none_is_told_in_its_own_words() {
+        let folder = tempfile::tempdir().unwrap();
+        let error = CentreError::from(Store::open(folder.path()).unwrap_err());
+        assert!(matches!(error, CentreError::Store(_)));
+        assert!(error.to_string().contains("Is a directory"), "{error}");
+    }
 
     #[test]
     fn nonsense_is_answered_and_changes_nothing() {

@@ -36,7 +36,7 @@ struct InstructorEntry {
     stations: Option<BTreeSet<String>>,
 }
 
-/// Who may do what.
+/// Rights of stations and instructors.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Roster {
     /// Stations by the common names of their certificates. What is not here has no rights.
@@ -129,7 +129,7 @@ fn is_plain(name: &str) -> bool {
     !name.is_empty() && name.len() <= 40 && name.chars().all(plain)
 }
 
-/// What the list keeps of a password.
+/// Hash of a password, for the list.
 ///
 /// # Errors
 /// [`CentreError::Password`] if it is too short or too long.

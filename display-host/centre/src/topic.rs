@@ -10,7 +10,7 @@
 //! | `calot/NAME/act` | centre → station | an act, JSON; answered |
 //! | `calot/NAME/result` | station → centre | a session, or a forgetting, JSON; answered |
 
-/// What travels.
+/// Kind of what travels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Topic {
     /// The station is there.

@@ -43,7 +43,8 @@ fn program() -> Result<PathBuf, Problem> {
     match program.is_file() {
         true => Ok(program),
         false => Err(format!(
-            "{} is not there: build it with `cargo build --release -p centre`, or install it beside calot",
+            "{} is not there: build it with `cargo build --release --manifest-path \
+             display-host/centre/Cargo.toml --target-dir target`, or install it beside calot",
             program.display()
         )
         .into()),

@@ -1,4 +1,4 @@
-//! What was told of a person, and when. The later telling counts, whichever store heard it.
+//! Cohort and consent as they were told, and when. The later telling counts, whichever store heard it.
 
 use rusqlite::Row;
 
@@ -48,7 +48,7 @@ impl Told {
         self
     }
 
-    /// What was told after a forgetting.
+    /// The part that was told after a forgetting.
     #[must_use]
     pub fn after(mut self, forgotten_unix_s: i64) -> Self {
         if self.cohort_unix_s.is_none_or(|it| it <= forgotten_unix_s) {

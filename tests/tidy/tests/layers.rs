@@ -42,7 +42,6 @@ const PACKAGES: &[Layer] = &[
     layer("xtask", &[]),
     layer("tidy", &[]),
     tested("deliver", &["store"], &["system-tests"]),
-    tested("centre", &["store"], &["system-tests"]),
     layer("hardware", &["rt-core"]),
     layer("link", &["shared-mem"]),
     layer("session", &["shared-mem"]),

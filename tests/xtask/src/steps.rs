@@ -29,7 +29,7 @@ const FIRMWARE: &[&str] = &[
 const BOARD: &str = "thumbv7em-none-eabihf";
 
 /// Steps that every `cargo xtask test` runs. `test_in` adds two that need a further target or tool.
-const TESTS: [Step; 6] = [
+const TESTS: [Step; 7] = [
     Step {
         name: "format",
         args: &["fmt", "--all", "--check"],
@@ -73,6 +73,21 @@ const TESTS: [Step; 6] = [
         args: &["test", "--locked", "--workspace", "--doc"],
         is_checked: true,
         is_timed: false,
+    },
+    // A workspace of its own. Its tests use the program `calot` that the steps above built.
+    Step {
+        name: "centre",
+        args: &[
+            "test",
+            "--locked",
+            "--manifest-path",
+            "display-host/centre/Cargo.toml",
+            "--target-dir",
+            "target",
+            "--no-fail-fast",
+        ],
+        is_checked: false,
+        is_timed: true,
     },
     // Optimised code must give identical bits, so the golden replays run again in release.
     Step {

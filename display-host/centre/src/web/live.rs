@@ -35,7 +35,7 @@ enum Asked {
     Remark { station: String, text: String },
 }
 
-/// What a page has got.
+/// Numbers of what a page has got.
 #[derive(Default)]
 struct Had {
     version: Option<u64>,

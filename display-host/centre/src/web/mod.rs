@@ -30,7 +30,7 @@ use crate::hall::Hall;
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; \
     connect-src 'self'; form-action 'self'; frame-ancestors 'none'; base-uri 'none'";
 
-/// What every request can see.
+/// State that every request can see.
 #[derive(Debug, Clone)]
 struct Web {
     hall: Arc<Hall>,

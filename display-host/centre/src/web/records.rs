@@ -1,4 +1,4 @@
-//! What the store keeps, for the page: people, their sessions, and the alarms of a station.
+//! Answers from the store, for the page: people, their sessions, and the alarms of a station.
 
 use axum::extract::{Query, State};
 use axum::http::StatusCode;

@@ -1,6 +1,7 @@
 //! A centre and its stations as real processes, seen by a page of an instructor.
 
 mod browser;
+mod crowd;
 mod page;
 mod support;
 
@@ -142,7 +143,10 @@ fn stations_come_go_and_err_and_nothing_is_lost() {
     // So far, every alarm that was sent arrived.
     let _ = first.0.kill();
     let _ = first.0.wait();
-    let sent = sent(&house.file("told"));
+    let mut sent = sent(&house.file("told"));
+    // What it sent while it was killed may have been on its way.
+    let last = sent.values().max().copied().unwrap_or(0);
+    sent.retain(|_, at| *at + 500 < last);
     assert!(sent.len() > 4, "{sent:?}");
     let late = wait("every alarm is in the log", || {
         let heard = house.centre.logged("alarm");
@@ -178,7 +182,6 @@ fn stations_come_go_and_err_and_nothing_is_lost() {
         (&watched["who"], &watched["station"]),
         (&json!("bo"), &json!("s-3"))
     );
-    assert!(house.centre.id() > 0);
 }
 
 #[test]

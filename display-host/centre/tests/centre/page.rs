@@ -88,7 +88,8 @@ impl Page {
             )
             .body(())
             .expect("a request");
-        let (line, _) = tungstenite::client(request, connect(centre, authority)).expect("a line");
+        let led = tungstenite::client(request, connect(centre, authority));
+        let (line, _) = led.unwrap_or_else(|error| panic!("the live line: {error}"));
         let patience = Some(Duration::from_millis(100));
         line.get_ref()
             .sock

@@ -106,14 +106,14 @@ impl Centre {
             .collect()
     }
 
+    pub(crate) fn id(&self) -> u32 {
+        self.process.0.id()
+    }
+
     /// Entries of one kind.
     pub(crate) fn logged(&self, what: &str) -> Vec<Value> {
         let all = self.log().into_iter();
         all.filter(|it| it["what"] == what).collect()
-    }
-
-    pub(crate) fn id(&self) -> u32 {
-        self.process.0.id()
     }
 }
 

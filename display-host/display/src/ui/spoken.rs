@@ -4,7 +4,7 @@ use super::Bulletin;
 use super::task::{alarm, outcome, title};
 use crate::words::Words;
 
-/// What a bulletin says, in one language.
+/// Words of a bulletin, in one language.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Spoken {
     /// The task.

@@ -38,7 +38,7 @@ pub(super) struct Moment {
     pub(super) rates: Rates,
 }
 
-/// When the next picture of one size is due.
+/// Time of the next picture of one size.
 struct Pace {
     next: Instant,
 }
@@ -46,7 +46,7 @@ struct Pace {
 impl Pace {
     /// True if a picture is due at this rate. The next one is due a period later.
     fn is_due(&mut self, rate_hz: f64, now: Instant) -> bool {
-        if !(rate_hz > 0.0) || now < self.next {
+        if rate_hz <= 0.0 || now < self.next {
             return false;
         }
         let period = Duration::from_secs_f64(1.0 / rate_hz.clamp(0.1, 30.0));

@@ -77,7 +77,7 @@ pub(super) struct Teller {
     counted: usize,
 }
 
-/// What is told at once when it changes: alarms, step, end, silence, pause, realtime, device.
+/// Facts that are told at once when they change: alarms, step, end, silence, pause, realtime, device.
 pub(super) type News = (usize, usize, bool, bool, bool, Option<bool>, &'static str);
 
 impl Teller {
