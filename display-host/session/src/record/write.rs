@@ -79,8 +79,8 @@ fn take_all(
     // Identity images serve the assessment, so a session without a task has none.
     let judged = config.assignment.as_ref();
     let mut identity = judged.map(|_| Identity::of(&config.scene));
-    // A task begins with the first move, except the endoscope drill. A session without a task begins
-    // at once.
+    // A task begins with the first move, except the endoscope drill. A session without a task
+    // begins at once.
     let waits = judged.filter(|it| it.task != ENDOSCOPE_DRILL);
     let mut first_move = waits.map(|_| FirstMove::default());
     let mut newest = Box::new(ToolFrame::zeroed());
