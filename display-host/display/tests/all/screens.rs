@@ -501,7 +501,6 @@ fn harness(language: Language, shown: Shown, size: [u16; 3]) -> Harness<'static,
 }
 
 #[test]
-#[ignore = "minutes, and not yet run to its end since the windows fit 200 %: run it after changes of a screen"]
 fn words_are_not_cut_off_and_do_not_cover_each_other() {
     let out = std::env::var_os("SCREENS").map(PathBuf::from);
     let mut wrong = Vec::new();
