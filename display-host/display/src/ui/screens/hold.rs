@@ -4,6 +4,7 @@
 use egui::{Align2, Color32, FontId, Pos2, Rect, Shape, Stroke, Ui, pos2, vec2};
 
 use super::super::UiState;
+use super::hud;
 
 /// Radius of the ring, as a share of the picture's height.
 const RING: f32 = 0.17;
@@ -43,6 +44,10 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState) {
         filled,
         Stroke::new(WIDTHS[1], Color32::from_rgb(90, 230, 140)),
     ));
+    // A tight picture has no room below the ring; there the card at its foot has this text.
+    if hud::is_tight(place) {
+        return;
+    }
     let text = state.words.hold(hold);
     let font = FontId::proportional(TEXT);
     let galley = painter.layout(text, font, Color32::WHITE, (place.width() - 40.0).max(40.0));

@@ -4,7 +4,7 @@ use egui::{Align2, Color32, Frame, Rect, RichText, Ui, vec2};
 use shared_mem::words::{Instrument, Switches};
 
 use super::super::task::{self, TaskEnd, TaskNote, TaskView};
-use super::super::widgets::{Mark, line};
+use super::super::widgets::{Mark, line, sized};
 use super::super::{Asked, Link, UiState, arrow, instrument_id};
 use super::{guide, legible};
 use crate::words::Words;
@@ -131,17 +131,22 @@ fn over(
     asked: &mut Vec<Asked>,
 ) {
     let words = &state.words;
+    let [large, text] = match is_tight(place) {
+        true => [HINT, HELP],
+        false => [1.8 * TEXT, TEXT],
+    };
     card(ui, "hud over", place, Align2::CENTER_CENTER, |ui| {
-        legible(ui);
+        fitting(ui, place);
         ui.set_max_width(place.width() - 48.0);
         let outcome = words.say(&format!("outcome-{}", end.outcome));
-        ui.label(RichText::new(outcome).size(1.8 * TEXT).strong());
+        ui.label(RichText::new(outcome).size(large).strong());
         if let Some(score) = task.score {
             let score = format!("{score:.0}").into();
-            big(ui, &words.say_with("task-score", &[("score", score)]));
+            let score = words.say_with("task-score", &[("score", score)]);
+            ui.label(RichText::new(score).size(text));
         }
         for reason in &end.reasons {
-            ui.label(RichText::new(words.reason(reason)).size(TEXT));
+            ui.label(RichText::new(words.reason(reason)).size(text));
         }
         // The trainee ends the task; the instructor does not.
         if !state.instructor && ui.button(words.say("hud-end")).clicked() {
@@ -150,16 +155,23 @@ fn over(
     });
 }
 
-/// Shows the next step at the bottom, and the instrument's keys while mouse and keyboard lead it.
+/// Shows the next step at the bottom, and the instrument's keys while mouse and keyboard lead it. In
+/// a tight picture a running hold takes their place.
 fn foot(ui: &Ui, place: Rect, state: &UiState) {
     let words = &state.words;
     let task = state.task_view.as_ref().filter(|it| it.end.is_none());
     let hint = task.and_then(|it| it.hint.as_ref());
-    if hint.is_none() && !state.in_hand {
+    let hold = task.and_then(|it| it.hold.as_ref());
+    let hold = hold.filter(|_| is_tight(place));
+    if hint.is_none() && hold.is_none() && !state.in_hand {
         return;
     }
     card(ui, "hud foot", place, Align2::CENTER_BOTTOM, |ui| {
         ui.set_max_width(place.width() - 48.0);
+        if let Some(hold) = hold {
+            ui.label(RichText::new(words.hold(hold)).size(HINT));
+            return;
+        }
         let is_guided = task.is_some_and(|task| guide::show(ui, state, task, is_tight(place)));
         if let Some(hint) = hint.filter(|_| !is_guided) {
             let text = words.hint(hint).into();
@@ -206,6 +218,14 @@ pub(super) fn tall(ui: &Ui, place: Rect) -> Rect {
     match is_tight(place) {
         true => Rect::from_x_y_ranges(place.x_range(), ui.max_rect().y_range()),
         false => place,
+    }
+}
+
+/// Sets sizes of text that are legible from two metres away, or in a tight place, sizes that fit.
+pub(super) fn fitting(ui: &mut Ui, place: Rect) {
+    match is_tight(place) {
+        true => sized(ui, HELP),
+        false => legible(ui),
     }
 }
 
