@@ -1,6 +1,6 @@
-//! `calot check`: tells if this machine is fit for realtime. It tries the calls that the controller
-//! will make, and undoes them. It reads other properties from files and limits. For each property
-//! it prints the current state, and for a property that is not good the remedy.
+//! `calot check`: finds out if this machine is fit for realtime. It tries the calls that the
+//! controller will make, and undoes them. It reads other properties from files and limits. For each
+//! property it prints the current state, and for a property that is not good the remedy.
 
 mod files;
 mod find;

@@ -45,7 +45,8 @@ pub(super) fn removal(root: &Path) -> Finding {
         Some(true) => "RemoveIPC=yes",
         None => "RemoveIPC is not set, which means yes",
     };
-    let is = format!("not sure: {cause}, and this program runs outside the sessions of user {user}");
+    let is =
+        format!("not sure: {cause}, and this program runs outside the sessions of user {user}");
     let mend = format!("sudo loginctl enable-linger {user}");
     finding(NAME, Verdict::Better, is, SHOULD, mend)
 }

@@ -4,7 +4,7 @@
 mod anatomy;
 mod clock;
 mod frame;
-mod told;
+mod messages;
 mod watch;
 
 use std::process::ExitCode;
@@ -116,7 +116,7 @@ pub(crate) fn run(args: &IgtlinkArgs) -> Result<ExitCode, Problem> {
     let stop = stop::flag()?;
     let station = Station::new(&args.station)?;
     let host = Host::open(&station)?;
-    let server = Server::bind(args.listen, told::STATION, args.frame.name())
+    let server = Server::bind(args.listen, messages::STATION, args.frame.name())
         .map_err(|error| format!("{}: {error}; choose another with --listen", args.listen))?;
     let address = server.address()?;
     if args.json {
@@ -131,7 +131,7 @@ pub(crate) fn run(args: &IgtlinkArgs) -> Result<ExitCode, Problem> {
     }
     let mut sender = Sender::new(args, station, host, server);
     sender.serve(&stop);
-    sender.came_to(args.json)
+    sender.report(args.json)
 }
 
 /// Carries a station's frames and events to the server.
@@ -248,7 +248,7 @@ impl<'a> Sender<'a> {
         let (stamps, anatomy) = (&mut self.event_stamps, &self.anatomy);
         self.host.drain_events(|event| {
             let organ = anatomy.name(event.organ);
-            events.push(told::event(event, organ, stamps.of(event.at_ns)));
+            events.push(messages::event(event, organ, stamps.of(event.at_ns)));
         });
         self.server.send(&events);
     }
@@ -257,15 +257,15 @@ impl<'a> Sender<'a> {
         let unix_ns = self.stamps.of(tools.at_ns);
         if self.instrument != Some(tools.instrument) {
             self.instrument = Some(tools.instrument);
-            self.server.announce(&told::instrument(tools, unix_ns));
+            self.server.announce(&messages::instrument(tools, unix_ns));
         }
         self.server
-            .send(&told::moment(tools, self.args.frame, unix_ns));
+            .send(&messages::moment(tools, self.args.frame, unix_ns));
         self.frames += 1;
     }
 
     /// Reports how much was sent. Fails if no frame was sent.
-    fn came_to(&self, json: bool) -> Result<ExitCode, Problem> {
+    fn report(&self, json: bool) -> Result<ExitCode, Problem> {
         let (frames, skipped) = (self.frames, self.server.skipped());
         let turned_away = self.server.turned_away();
         if json {

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use hardware::igtlink::message::{Code, Message};
 
-use super::told::STATION;
+use super::messages::STATION;
 
 /// The controller of a station that was seen counts as silent after this time without a frame.
 const SILENT: Duration = Duration::from_millis(500);

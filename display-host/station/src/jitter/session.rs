@@ -33,7 +33,7 @@ const LOOK: Duration = Duration::from_millis(1);
 const PROGRESS: Duration = Duration::from_secs(2);
 /// Interval at which results are written.
 const SAVE: Duration = Duration::from_secs(5);
-/// Longest silence of the controller.
+/// The turn fails after this time without timing records.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A finished turn of the station.
@@ -73,18 +73,18 @@ impl Bench<'_> {
         let mut ran = self.scene.to_owned();
         let died = std::thread::scope(|scope| {
             let mut drawing = None;
-            let (tell, told) = mpsc::channel();
+            let (attached, watcher_attached) = mpsc::channel();
             let (frames_in, frames) = mpsc::channel();
             let watcher = {
                 let (flags, tally, report) = (&flags, &mut *tally, &mut *report);
                 scope.spawn(move || {
-                    self.watch(seconds, tally, report, flags, &tell, &frames)
+                    self.watch(seconds, tally, report, flags, &attached, &frames)
                         .map_err(|problem| problem.to_string())
                 })
             };
             // Wait until the watcher is attached, so that it sees the first tick. If it fails, its
             // error is returned at the end.
-            let _ = told.recv();
+            let _ = watcher_attached.recv();
             let started = processes::start(
                 self.station,
                 match self.hand {
@@ -269,7 +269,7 @@ impl Bench<'_> {
                 flags.done.store(true, Ordering::Relaxed);
             }
             if heard.elapsed() > PATIENCE {
-                return Err("the station fell silent for a minute".into());
+                return Err("the station published no timing for a minute".into());
             }
             if said.elapsed() >= PROGRESS && !flags.done.load(Ordering::Relaxed) {
                 tally.fill(report);

@@ -10,8 +10,8 @@ use shared_mem::service::Station;
 use display_host::window;
 
 use super::args::{RunArgs, session_path};
+use super::free_space;
 use super::player::Player;
-use super::room;
 use crate::args::DeviceArgs;
 use crate::folder::Folder;
 use crate::output::{self, Format};
@@ -63,7 +63,7 @@ impl<'a> Planned<'a> {
                 true => Some(args.headless_s()),
                 false => args.seconds,
             };
-            room::check(&path, std::fs::metadata(&scene)?.len(), seconds)?;
+            free_space::check(&path, std::fs::metadata(&scene)?.len(), seconds)?;
         }
         if let Some(unfelt) = Unfelt::of(&args.controller.devices) {
             say::note(format_args!("calot: {}", unfelt.in_words()));

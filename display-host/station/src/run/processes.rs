@@ -54,7 +54,7 @@ pub(crate) fn start(
     stop: &AtomicBool,
 ) -> Result<Running, Problem> {
     let named = &args.controller.devices;
-    let emulated = Emulated::beside(named, folder)?;
+    let emulated = Emulated::for_missing(named, folder)?;
     let mut children = Vec::new();
     if emulated.any() {
         let words = emulated.words(args, player, scene);
@@ -84,7 +84,8 @@ struct Emulated {
 }
 
 impl Emulated {
-    fn beside(named: &DeviceArgs, folder: &Path) -> Result<Self, Problem> {
+    /// Emulates each device that neither `named` nor its station file names.
+    fn for_missing(named: &DeviceArgs, folder: &Path) -> Result<Self, Problem> {
         let file = named.station_file.as_deref().map(StationFile::read);
         let file = file.transpose()?.unwrap_or_default();
         Ok(Self {
@@ -262,8 +263,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_emulator_is_told_the_ticks_core() {
-        let emulated = Emulated::beside(&DeviceArgs::default(), Path::new("/run/x")).unwrap();
+    fn the_emulator_gets_the_core_of_the_tick() {
+        let emulated = Emulated::for_missing(&DeviceArgs::default(), Path::new("/run/x")).unwrap();
         let told = |core| {
             let mut args = RunArgs::default();
             args.controller.realtime.core = core;

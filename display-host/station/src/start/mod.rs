@@ -42,7 +42,7 @@ const LOOK_EVERY: Duration = Duration::from_secs(3);
 /// Time that the window may freeze while another program writes to the store.
 const PATIENCE_FOR_STORE: Duration = Duration::from_millis(300);
 
-/// Opens the launcher and runs it until it is closed. Then ends a running operation and replay.
+/// Opens the launcher and runs it until it is closed. Then it ends a running operation and replay.
 pub(crate) fn run(args: &StartArgs) -> Result<ExitCode, Problem> {
     window::answers()?;
     let stop = stop::flag()?;
@@ -72,7 +72,7 @@ struct Desk {
     rules: Rules,
     questions: Questionnaire,
     curriculum: Curriculum,
-    /// Path of the store. `None`: no `--store`, and no home folder.
+    /// Path of the store. `None` if there is neither `--store` nor a home folder.
     store: Option<PathBuf>,
     view: Launcher,
     /// The choices, which all screens share.
@@ -80,7 +80,7 @@ struct Desk {
     operation: Option<Operation>,
     /// The settings that were kept when the operation began.
     kept: Settings,
-    /// The newest debrief, which other screens return to, and the id of its session.
+    /// The newest debrief and the id of its session. The questionnaire and the sheet return to it.
     debrief: Option<(Debrief, String)>,
     /// Folder of the session of the debrief.
     folder: Option<PathBuf>,

@@ -1,4 +1,4 @@
-//! An operation: a `calot run` with a window of its own.
+//! An operation of the launcher: the process `calot run`, which has its own window.
 
 use std::collections::VecDeque;
 use std::ffi::OsString;
@@ -16,7 +16,7 @@ use crate::say;
 
 /// Largest number of lines of output that are kept.
 const LINES_KEPT: usize = 12;
-/// Time that a graceful end may take. After it the user may end the operation without a report.
+/// Time that an operation may take to end when asked. Then the user may kill it, without a report.
 const PATIENCE_TO_END: Duration = Duration::from_secs(5);
 /// Longest wait for the last output: another process may hold the pipe open for longer.
 const PATIENCE_TO_READ: Duration = Duration::from_millis(500);
@@ -25,14 +25,14 @@ const PATIENCE_TO_READ: Duration = Duration::from_millis(500);
 pub(super) struct Operation {
     child: Child,
     pub(super) form: StartForm,
-    /// True if the expert operates.
+    /// True if the expert operates and the trainee watches.
     pub(super) watched: bool,
     /// Folder of its session.
     pub(super) out: PathBuf,
     began: Instant,
     said: Arc<Mutex<VecDeque<String>>>,
     reader: Option<JoinHandle<()>>,
-    /// Time of the request to end.
+    /// Time of the request to end, if there was one.
     asked: Option<Instant>,
     /// Time when the end of the child was noticed.
     seen: Option<Instant>,

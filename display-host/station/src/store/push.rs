@@ -57,7 +57,7 @@ fn tell(pushed: &Pushed) {
     }
     for name in &pushed.forgotten_there {
         say::note(format_args!(
-            "{name} was forgotten there and is still here; `calot store forget` forgets here, too"
+            "'{name}' was forgotten at the centre and is still in this store; `calot store forget` forgets here, too"
         ));
     }
     for session in &pushed.differing {

@@ -11,7 +11,7 @@ const NAMES: [&str; 3] = ["x", "y", "z"];
 /// Width of the names of the rows, in characters.
 const WIDTH: usize = 28;
 
-/// A row: name, unit, factor to the unit, decimals, and the value.
+/// A row: name, unit, factor from SI to the unit, number of decimals, and the value.
 type Row = (
     &'static str,
     &'static str,
