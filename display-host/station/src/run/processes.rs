@@ -265,7 +265,7 @@ mod tests {
     #[test]
     fn the_emulator_gets_the_core_of_the_tick() {
         let emulated = Emulated::for_missing(&DeviceArgs::default(), Path::new("/run/x")).unwrap();
-        let told = |core| {
+        let line = |core| {
             let mut args = RunArgs::default();
             args.controller.realtime.core = core;
             let words = emulated.words(&args, Player::Script, Path::new("x.calot"));
@@ -273,11 +273,11 @@ mod tests {
             words.collect::<Vec<_>>().join(" ")
         };
         assert!(
-            told(Some(0)).ends_with("--tick-core 0"),
+            line(Some(0)).ends_with("--tick-core 0"),
             "{}",
-            told(Some(0))
+            line(Some(0))
         );
-        assert!(!told(None).contains("--tick-core"), "{}", told(None));
+        assert!(!line(None).contains("--tick-core"), "{}", line(None));
     }
 
     #[test]

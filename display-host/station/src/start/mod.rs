@@ -27,7 +27,7 @@ use store::{Questionnaire, Store};
 
 use self::args::StartArgs;
 use self::choices::TRIANGLE;
-use self::debrief::report_lies;
+use self::debrief::path_of_unopened_report;
 use self::operation::Operation;
 use crate::args::LookArgs;
 use crate::curriculum::Curriculum;
@@ -221,7 +221,7 @@ impl Page for Desk {
                     let report = self.debrief.as_ref().and_then(|(it, _)| it.report.clone());
                     let path = report.unwrap_or_default();
                     let problem = format!("xdg-open: {status}");
-                    self.note(report_lies(&self.view.words, &path, &problem));
+                    self.note(path_of_unopened_report(&self.view.words, &path, &problem));
                     return true;
                 }
                 Ok(None) => self.opening = Some(opening),

@@ -20,7 +20,7 @@ pub(super) fn run(file: &StoreFile, args: &PushArgs) -> Result<ExitCode, Problem
             Destination::shown(address, ca, &variable)?
         }
     };
-    // Makes no store.
+    // Fail if there is no store, instead of making one.
     drop(file.read()?);
     let pushed = push(&mut file.open()?, &to)?;
     if args.json {
