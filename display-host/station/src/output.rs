@@ -237,8 +237,8 @@ pub(crate) fn check_folder(
     Ok(())
 }
 
-/// Makes the folder of results: `named`, else the first of `default`, `default-2`, … that may be
-/// written.
+/// Makes the folder of results: `named`, or without a name the first of `default`, `default-2`, …
+/// that may be written.
 pub(crate) fn folder(
     named: Option<&Path>,
     default: &str,
@@ -259,7 +259,8 @@ pub(crate) fn folder(
     Ok(folder)
 }
 
-/// Path for a file: `named`, else the first of `default`, `default-2`, … that may be written.
+/// Path for a file: `named`, or without a name the first of `default`, `default-2`, … that may be
+/// written.
 pub(crate) fn file(
     named: Option<&Path>,
     default: &str,

@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn findings_are_what_the_calls_returned() {
+    fn findings_have_the_results_of_the_calls() {
         let (_folder, mut system) = machine(&[]);
         let found = |system: &System| {
             [

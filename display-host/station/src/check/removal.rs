@@ -1,6 +1,7 @@
-//! Finding about the log-in manager, which may remove the shared memory of a running station. With `RemoveIPC=yes`, systemd-logind removes every file of a user in /dev/shm when that user's
-//! last session ends (logind.conf(5)). It spares root and system users. A program in a session
-//! keeps that session open. So only a program outside the sessions of its user loses its memory, for
+//! Finding about the log-in manager, which may remove the shared memory of a running station. With
+//! `RemoveIPC=yes`, systemd-logind removes every file of a user in /dev/shm when that user's last
+//! session ends (logind.conf(5)). It spares root and system users. A program in a session keeps
+//! that session open. So only a program outside the sessions of its user loses its memory, for
 //! example a service with `User=`, a cron job, or `sudo -u` from somebody else's session.
 
 use std::path::{Path, PathBuf};
@@ -72,8 +73,8 @@ fn system_user_max(root: &Path) -> u32 {
 }
 
 /// `RemoveIPC` as logind reads it. If no file sets it, a commented-out line of the main file shows
-/// the distribution's default (Red Hat's is no). `None` if there is no such line either: logind then
-/// takes yes.
+/// the distribution's default (Red Hat's is no). `None` if there is no such line either: logind
+/// then takes yes.
 fn setting(root: &Path) -> Option<bool> {
     let main = FOLDERS
         .iter()
@@ -151,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn a_service_of_an_ordinary_user_is_warned_and_told_the_command() {
+    fn a_service_of_an_ordinary_user_gets_a_warning_with_the_command() {
         let found = with(&OUTSIDE);
         assert_eq!(found.verdict, Verdict::Better);
         assert!(found.is.contains("RemoveIPC is not set"), "{found:?}");

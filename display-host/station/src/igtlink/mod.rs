@@ -33,14 +33,14 @@ use watch::{Condition, Watch};
 const HELP: &str = "\
 Sent with each frame, in mm and in the frame of --frame, stamped with the time of the tick:
   TRANSFORM ToolToReference       the instrument: origin at the joint of its jaws, the shaft's
-                                  tip towards -z. Tissue holds it back, the hand's handle not
+                                  tip towards -z. Tissue holds it back, but not the handle
   TRANSFORM HandleToReference     the handle in the hand
   TRANSFORM EndoscopeToReference  the camera: it looks along -z, y is up in its picture
   TRANSFORM ForceToReference      moves by 1 mm per newton on the hand
   SENSOR    Force                 the force on the hand, N: x, y, z
   SENSOR    Jaw                   opening of the jaws, 0 shut to 1 open
-  TDATA     Calot                 Tool, Handle and Endoscope; only to who asks by STT_TDATA
-  QTDATA    Calot                 the same with quaternions; only to who asks by STT_QTDATA
+  TDATA     Calot                 Tool, Handle and Endoscope; only to clients that ask by STT_TDATA
+  QTDATA    Calot                 the same with quaternions; only to clients that ask by STT_QTDATA
 Sent with --surfaces HZ, stamped alike in each round:
   POLYDATA  liver, gallbladder …  the organ's surface as it is drawn, in mm
 Sent as they occur:
@@ -57,10 +57,10 @@ Each bracket is a row of the matrix. Both are rotations. The axes of instrument 
 themselves are not turned.
 
 Answered: GET_STATUS, GET_CAPABIL, GET_TRANS, GET_TDATA, GET_QTDATA, GET_SENSOR, GET_STRING,
-GET_POLYDATA, STT_TDATA, STP_TDATA, STT_QTDATA and STP_QTDATA. Others get a STATUS that says so. A
+GET_POLYDATA, STT_TDATA, STP_TDATA, STT_QTDATA and STP_QTDATA. Other messages get a STATUS that says so. A
 client that begins with a GET_ of data, within 0.2 s, gets answers only, until it has asked nothing
-for 5 s. Headers of version 1 and 2 are read, and each client is answered in its own. At most 8
-clients connect; a ninth is told so and closed.
+for 5 s. Headers of version 1 and 2 are read, and each client is answered in its own version. At
+most 8 clients connect; a ninth is told so and disconnected.
 
 In 3D Slicer, open the module OpenIGTLinkIF and add a connector of type Client to the address of
 --listen. The exit code is 1 if the station never ran while this program did.";
@@ -110,8 +110,8 @@ fn parse_surfaces(text: &str) -> Result<f64, String> {
 /// that left are noticed.
 const REPEAT: Duration = Duration::from_secs(2);
 
-/// Serves until told to end. Runs outside the realtime process and reads shared memory like a
-/// display.
+/// Serves until a signal or --seconds ends the command. Runs outside the realtime process and reads
+/// shared memory like a display.
 pub(crate) fn run(args: &IgtlinkArgs) -> Result<ExitCode, Problem> {
     let stop = stop::flag()?;
     let station = Station::new(&args.station)?;
@@ -145,9 +145,13 @@ struct Sender<'a> {
     event_stamps: Stamps,
     watch: Watch,
     anatomy: Anatomy,
+    /// Instrument in the last message `Instrument`.
     instrument: Option<u32>,
+    /// Number of frames sent.
     frames: u64,
+    /// Number of connected clients.
     clients: usize,
+    /// Time of the last message about the condition.
     repeated: Instant,
 }
 
@@ -208,7 +212,7 @@ impl<'a> Sender<'a> {
         }
     }
 
-    /// Follows the station's condition, and tells clients and user when it changes.
+    /// Follows the station's condition. A change is announced to clients, and to the user.
     fn follow(&mut self, tools: Option<&ToolFrame>) {
         let now = Instant::now();
         let before = match tools {

@@ -98,8 +98,8 @@ impl Watch {
         std::mem::replace(&mut self.condition, next)
     }
 
-    /// Records that no frame came. `is_claimed` tells if a process holds the station's name; it is
-    /// called only after a silence. Returns the condition before.
+    /// Records that no frame came. `is_claimed` returns true if a process holds the station's name.
+    /// It is called only after a silence. Returns the condition before.
     pub(super) fn silence(&mut self, now: Instant, is_claimed: impl FnOnce() -> bool) -> Condition {
         let before = self.condition;
         let silence = now.saturating_duration_since(self.heard);

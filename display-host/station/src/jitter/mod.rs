@@ -1,5 +1,5 @@
-//! `calot jitter`: measures latency, duration and missed periods of ticks on the real station. Other
-//! programs can take turns with the station, so that all are measured in the same minutes.
+//! `calot jitter`: measures latency, duration and missed periods of ticks on the real station.
+//! Other programs can take turns with the station, so that all are measured in the same minutes.
 //!
 //! ```text
 //! jitter ─┬─ station (calot emulate, calot rt) ─► timing records ─► tally ─► report
@@ -142,7 +142,7 @@ fn measure(args: &JitterArgs, out: &Path) -> Result<(Report, bool), Problem> {
     }
     report.about.notes.extend(displays.problem);
     if let Err(problem) = outcome {
-        // Keep what was measured so far, marked as incomplete.
+        // Write the measurements so far, marked as incomplete.
         save(&report, out)?;
         return Err(problem);
     }
@@ -276,8 +276,8 @@ fn rounds(
                 work: &work,
             };
             match baseline_turn(baseline, terms, turn_s, round, stop, report) {
-                // `with_timerlat` may have added timerlat without a request by the user. If it fails, the
-                // other programs are still measured.
+                // `with_timerlat` may have added timerlat without a request by the user. If it
+                // fails, the other programs are still measured.
                 Err(problem) if baseline == Baseline::Timerlat => {
                     let note = problem.to_string();
                     if !report.about.notes.contains(&note) {
@@ -303,8 +303,8 @@ fn round_count(args: &JitterArgs) -> u32 {
     }
 }
 
-/// Command line of this process. Of each absolute path it has only the last part, because folders of
-/// this machine mean nothing to readers elsewhere.
+/// Command line of this process. Of each absolute path it has only the last part, because folders
+/// of this machine mean nothing to readers elsewhere.
 pub(crate) fn command() -> String {
     let words: Vec<String> = std::env::args().skip(1).map(shortened).collect();
     format!("calot {}", words.join(" "))

@@ -16,7 +16,7 @@ the first tick that differs, and the organ.
 Examples:
   calot run --headless --seconds 10 --out out    leaves out/session.mcap
   calot replay out/session.mcap
-  calot replay out/session.mcap --repair           close what a kill left open
+  calot replay out/session.mcap --repair           complete the file of a killed recorder
   calot replay out/session.mcap --show --speed 0.25 --from 4
   calot replay out/session.mcap --at 75            the window at an error, as the debrief says
   calot replay out/session.mcap --video film.mp4   a film for raters, and film.truth.json
@@ -87,7 +87,7 @@ pub(crate) struct ReplayArgs {
     #[command(flatten)]
     pub(crate) overwrite: Overwrite,
     /// Close a session that breaks off (its recorder was killed), so that other programs open it.
-    /// Of a damaged session, keep all whole chunks, and say what is lost. The result goes to
+    /// Of a damaged session, keep all whole chunks, and list the lost parts. The result goes to
     /// SESSION-repaired.mcap; the session itself stays as it is
     #[arg(long, conflicts_with_all = ["show", "frames", "what_if", "what_if_iterations", "out"])]
     pub(crate) repair: bool,

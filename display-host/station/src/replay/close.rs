@@ -100,7 +100,7 @@ pub(super) fn run(
     Ok(ExitCode::SUCCESS)
 }
 
-/// Lines about what is lost.
+/// Lines about the lost parts.
 fn in_words(lost: &Lost) -> Vec<String> {
     if lost.is_nothing() {
         return Vec::new();

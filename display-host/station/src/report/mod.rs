@@ -147,7 +147,7 @@ impl LeftOut {
         self.damaged().or(self.broken_off.as_ref())
     }
 
-    /// Place and kind of damage, or what was lost to it, if any.
+    /// Place and kind of damage, or the parts that it destroyed, if any.
     pub(crate) fn damaged(&self) -> Option<&String> {
         self.damaged.as_ref().or(self.lost.as_ref())
     }
@@ -244,7 +244,8 @@ pub(crate) fn close_file(folder: &Path, number: usize) -> PathBuf {
     folder.join(format!("{CLOSE}{number:04}.png"))
 }
 
-/// Path of a session's recording: `session.mcap` if the session is a folder, else the session.
+/// Path of a session's recording: the session itself, or the file `session.mcap` in it if it is a
+/// folder.
 pub(crate) fn recording(session: &Path) -> PathBuf {
     match session.is_dir() {
         true => session.join("session.mcap"),

@@ -138,7 +138,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_test_by_hand_that_failed_is_told_with_its_checks() {
+    fn a_failed_test_by_hand_is_reported_with_its_checks() {
         let unfelt = |failed: &[&str]| Unfelt {
             path: PathBuf::from("/dev/ttyACM0"),
             failed: failed.iter().map(|&it| it.to_owned()).collect(),

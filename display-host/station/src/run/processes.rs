@@ -61,10 +61,10 @@ pub(crate) fn start(
         children.push(Process::start("emulate", &words, PATIENCE_TO_START, stop)?);
     }
     let controller = control(args, &emulated.with(named), scene, folder, stop)?;
-    let mut warnings = not_realtime(controller.process.said());
+    let mut warnings = not_realtime(controller.process.ready_text());
     warnings.extend(controller.coarser);
-    let devices = devices(controller.process.said());
-    let admitted_ns = admitted(controller.process.said());
+    let devices = devices(controller.process.ready_text());
+    let admitted_ns = admitted(controller.process.ready_text());
     children.push(controller.process);
     Ok(Running {
         children,
@@ -233,7 +233,7 @@ fn admitted(ready: &str) -> Option<[u64; STAGES]> {
 
 /// Level that the controller took, of the scene's own file or of those that the user named.
 fn taken(controller: &Process, finest: &Path, coarser: &[PathBuf]) -> Result<PathBuf, Problem> {
-    let ready: serde_json::Value = serde_json::from_str(controller.said())?;
+    let ready: serde_json::Value = serde_json::from_str(controller.ready_text())?;
     let own = SceneFile::levels(finest).into_iter().skip(1);
     for path in own.chain(coarser.iter().flat_map(|file| SceneFile::levels(file))) {
         let id = SceneFile::open(&path)?.id();

@@ -9,7 +9,7 @@ use super::Desk;
 use crate::output;
 
 impl Desk {
-    /// Writes the certificate and opens it. Says where it is, or what is wrong.
+    /// Writes the certificate and opens it. Shows its path, or the problem.
     pub(super) fn certify(&mut self) {
         let trainee = match (&self.view.screen, &self.debrief) {
             (Screen::Debrief(_), Some((debrief, _))) => debrief.trainee.clone(),

@@ -37,7 +37,7 @@ impl Desk {
             None => {
                 // Remove the folder only if it is empty: its files may tell the reason.
                 let _ = std::fs::remove_dir(&operation.out);
-                let mut said = operation.said();
+                let mut said = operation.last_lines();
                 if crate::report::recording(&operation.out).exists() {
                     said.push(problem::of_recorded(&self.view.words, &operation.out));
                 }

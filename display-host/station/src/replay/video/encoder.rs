@@ -166,7 +166,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_computer_without_ffmpeg_is_told_what_to_install() {
+    fn without_ffmpeg_the_error_names_the_package() {
         let nothing = OsStr::new("/nowhere/ffmpeg");
         let path = Path::new("film.mp4");
         let said = Encoder::begin_as(nothing, path, [64, 64], 25).expect_err("no ffmpeg");

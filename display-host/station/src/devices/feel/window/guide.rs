@@ -136,7 +136,7 @@ impl Windowed {
         // The handle is shut first, then opened, then it pushes the fingers.
         const SHUT: usize = 1;
         const OPEN: usize = 2;
-        // After the pushes to and fro come a hard one, and one that must end by itself.
+        // After the pushes to and fro come a hard push, and a push that must end by itself.
         const RESPONSES: usize = 3;
         let (part, step) = match step {
             Step::Move { .. } => {
