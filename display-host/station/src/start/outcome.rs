@@ -127,6 +127,7 @@ pub(super) fn sum(sheet: &[(String, u8)]) -> Option<u32> {
     (!sheet.is_empty()).then(|| points.sum())
 }
 
+/// Texts of a JSON array, without characters that cannot be printed.
 fn texts(value: &Value) -> Vec<String> {
     let all = value.as_array().into_iter().flatten();
     all.filter_map(|it| Some(session::printable(it.as_str()?)))
@@ -225,6 +226,8 @@ fn lost(summary: &Value, words: &Words) -> Vec<(String, f64)> {
     found.filter(|(metric, _)| has_advice(metric)).collect()
 }
 
+/// Rows of metrics: first those of the pass rule, then the usual ones of the task. Each has the best
+/// value of passed earlier sessions.
 fn rows(
     task: &str,
     rules: &Rules,

@@ -91,6 +91,7 @@ pub(super) fn run(args: &CharacteriseArgs) -> Result<ExitCode, Problem> {
     })
 }
 
+/// Format of a file that the command writes under this name.
 fn format_of(name: &str) -> Option<Format> {
     match name {
         PAGE => Some(Format::Page),
@@ -237,6 +238,7 @@ fn pressed(
     Ok(Some(found))
 }
 
+/// Tells the person what will happen, for how long, and what to do.
 fn explain(device: &mut dyn HapticDevice, options: &Options, path: &Path) {
     let can = device.capabilities();
     let allowed_n = f64::from(can.force_continuous_n.min(0.5 * can.force_max_n));

@@ -29,9 +29,9 @@ const ROWS: [Row; 7] = [
     (TREMOR, "N s/m", 1.0, 3, Axis::tremor_damping_n_s_m),
     (DELAY, "ms", 1e3, 2, |it| it.delay_s),
 ];
-/// Name of the row with the damping of a tremor. The row has a declared value.
+/// Name of the row with the damping at the speed of a tremor. The table also has its declared value.
 const TREMOR: &str = "damping of a tremor";
-/// Name of the row with the delay. The row has a declared value.
+/// Name of the row with the delay. The table also has its declared value.
 const DELAY: &str = "delay";
 
 /// Axes that were measured, with their names; the opening comes last.
@@ -55,6 +55,7 @@ pub(super) struct Line {
     pub(super) declared: String,
 }
 
+/// Rows of the table.
 pub(super) fn rows(found: &Characterised) -> Vec<Line> {
     let cell = |of: Estimate, factor: f64, decimals: usize| {
         // Round first, because a small negative value would become "-0.000".
