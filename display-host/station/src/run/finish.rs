@@ -225,7 +225,7 @@ fn debrief(
             let views = VIEWS.map(|name| out.join(name));
             let drawn = outcome.frames.iter().filter_map(|it| it.path.clone());
             let others = drawn.filter(|it| !views.contains(it));
-            // Choose the critical view apart, so that it is never left out.
+            // Choose the pictures of the critical view separately, so that they are never left out.
             chapter.pictures = report::chosen(views.iter().cloned());
             chapter.pictures.extend(report::chosen(others));
             chapter.ticks = report::ticks(out);
