@@ -21,7 +21,7 @@ const DELAY_MAX: usize = 16;
 /// Ticks without force after which the energy is reset.
 const FREE_TICKS: u32 = 100;
 /// Speed below which nothing is damped, m/s: one encoder step of a Touch in 4 ms. With a larger
-/// value, damping is less noisy and leaves more energy.
+/// value, damping is less noisy and leaves more of the generated energy.
 const STILL_M_S: f32 = 0.015;
 /// Weight of a new velocity in the running mean, which smooths coarse encoder steps. With a larger
 /// weight the mean follows faster and is noisier.

@@ -5,10 +5,11 @@
 //! constraints, solved one after another, would never let such a sphere rest.
 //!
 //! A pair of one organ keeps its impulse. A substep begins with the last impulses of all such
-//! pairs, and shows each pair the last impulses of the tools, which act later. A pair then takes
-//! its own impulse out, solves for the whole impulse anew, and applies the difference, as
-//! tetrahedra do (`tissue::warm_start`). A fold that jaws pull needs this: without the impulses of
-//! jaws and neighbours its spheres spring back by millimetres, and press each other for ever.
+//! pairs. Each pair also sees the last impulses of the tools, which act later in the substep. A
+//! pair then takes its own impulse out, solves for the whole impulse anew, and applies the
+//! difference, as tetrahedra do (`tissue::warm_start`). A fold that jaws pull needs this: without
+//! the impulses of jaws and neighbours its spheres spring back by millimetres, and press each other
+//! for ever.
 
 use heapless::Vec;
 
@@ -197,8 +198,8 @@ impl Close {
         [self.pair.a, self.pair.b].map(u32::from)
     }
 
-    /// Applies an impulse over the window's length, m kg, to the first sphere, and the opposite
-    /// one to the second.
+    /// Applies a positional impulse over the window's length, m kg, to the first sphere, and the
+    /// opposite impulse to the second.
     fn move_by(&self, push_m_kg: Lanes, paces: [Pace; 2], bodies: &mut Bodies) {
         let pushes = [push_m_kg, push_m_kg.scaled(-1.0)];
         for ((sphere, pace), push_m_kg) in self.spheres().into_iter().zip(paces).zip(pushes) {
@@ -233,7 +234,7 @@ impl Close {
         node
     }
 
-    /// Impulse that presses the first sphere away from the second, over dt, m kg.
+    /// Positional impulse that presses the first sphere away from the second, m kg.
     fn solve(&self, paces: [Pace; 2], step_s: f32, bodies: &Bodies) -> Lanes {
         let [a, b] = self.spheres();
         let node_a = self.seen(a, self.push_m_kg, bodies);
@@ -270,7 +271,7 @@ impl Close {
     }
 }
 
-/// True if one of the two is layered tissue that has been removed.
+/// True if one of the two spheres is layered tissue that has been removed.
 fn is_removed(bodies: &Bodies, pair: &Pair) -> bool {
     [pair.a, pair.b].iter().any(|&i| {
         let bits = bodies.bits.at(u32::from(i));
@@ -445,7 +446,7 @@ mod tests {
                 bodies.nodes.at_mut(0).move_by(&back_m);
             });
             if tick == 2 {
-                // Nearer than that way.
+                // The gap of 4 µm is less than those 9.8 µm.
                 let up = Vec3::z() * (3.0 * RADIUS_M - 0.000_004);
                 two.bodies.nodes.at_mut(1).put(&up, &Vec3::zeros());
             }

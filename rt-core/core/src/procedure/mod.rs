@@ -30,11 +30,11 @@
 //!
 //! # Heat
 //!
-//! Each sphere has a temperature. The other half of the current's power warms tissue beside the
-//! tip (it falls with the fourth power of the distance), or the tube that the tip touches, along
-//! the way of the current. Heat flows along links and attachments, blood carries it off, and water
-//! boils at 100 °C. Damage is the Arrhenius sum of Henriques and Moritz. It raises events, and
-//! moves nothing.
+//! Each sphere has a temperature. The other half of the current's power warms the tissue beside the
+//! tip, in inverse proportion to the fourth power of the distance. If the tip touches a tube, this
+//! half warms the tube, along the path of the current. Heat flows along links and attachments,
+//! blood carries it off, and water boils at 100 °C. Damage is the Arrhenius sum of Henriques and
+//! Moritz. This damage raises events, and changes no mechanics.
 //!
 //! # Clips
 //!

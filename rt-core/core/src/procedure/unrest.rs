@@ -26,7 +26,7 @@ const DISTURBED_TICKS: u16 = 2000;
 /// Time for which an organ must be away from its place to count as fallen, ticks. In this time an
 /// organ falls freely by 0.2 m.
 const DISPLACED_TICKS: u16 = 200;
-/// Speed above which an organ shakes, m/s. A sphere is then 0.1 mm ahead of its trail of 32 ticks,
+/// Speed above which an organ shakes, m/s. In 32 ticks a sphere at this speed moves by 0.1 mm,
 /// which is one pixel if 1000 pixels show 10 cm.
 const SHAKE_SPEED_M_S: f32 = 0.003;
 /// Factor on `SHAKE_SPEED_M_S` for an organ that touches a tool at rest, because pressed tissue
@@ -370,7 +370,9 @@ mod tests {
             let (bounds, speed_m_s) = course(unrest, tick);
             unrest.record_speed(0, speed_m_s);
             unrest.end_tick(&[bounds], |_, _, found| {
-                reported.push((tick, found)).expect("few");
+                reported
+                    .push((tick, found))
+                    .expect("room for eight findings");
             });
         }
         reported

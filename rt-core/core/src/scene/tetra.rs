@@ -102,7 +102,7 @@ impl TetraBatch {
 ///
 /// # Errors
 /// If a tetrahedron is flat or inverted at rest, represents no volume, or names a sphere that does
-/// not exist. The index is the tetrahedron's.
+/// not exist. The index in the error is that of the tetrahedron.
 pub fn batches(
     tetrahedra: &[Tetra],
     spheres: &[RestSphere],

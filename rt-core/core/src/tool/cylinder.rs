@@ -160,7 +160,7 @@ mod tests {
     }
 
     proptest! {
-        /// `touch` is Algorithm 1, with a depth.
+        /// `touch` finds contact exactly where Algorithm 1 does.
         #[test]
         fn touch_meets_where_the_paper_does(c in vector(5.0), a in vector(3.0), b in vector(3.0),
                                             r in 0.01f32..2.0, r0 in 0.01f32..1.5) {

@@ -87,7 +87,7 @@ impl Kinematics {
         }
     }
 
-    /// Displacement of the instrument's point at `at_m` when the handle moves by `way` without
+    /// Displacement of the instrument's point at `at_m` when the handle moves by `travel_m` without
     /// rolling the shaft: the transpose of [`Self::at_handle`].
     #[cfg(test)]
     pub(crate) fn displacement_at(

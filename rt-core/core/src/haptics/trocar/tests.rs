@@ -30,7 +30,8 @@ fn at(x: f32, y: f32, z: f32) -> Pose {
     Pose::translation(x, y, z)
 }
 
-/// Handle above the port with the shaft drawn in by `inside_m` from 0.2 m outside.
+/// Handle above the port. At 0 its distance from the port is 0.2 m; from there the shaft is pushed
+/// in by `inside_m`.
 fn drawn_in(inside_m: f32) -> Pose {
     at(0.0, 0.0, 0.2 - inside_m)
 }
@@ -219,7 +220,7 @@ fn the_loop_with_a_touch_comes_to_rest() {
 }
 
 proptest! {
-    /// On any way the hand never gets back more than it put in.
+    /// On any path, the hand gets back at most the energy that it put in.
     #[test]
     fn the_seal_is_passive(
         steps_m in prop::collection::vec(-0.001f32..0.001, 1..400),
@@ -241,7 +242,7 @@ proptest! {
         }
     }
 
-    /// The wall's force is the gradient of a potential, so no closed way gains energy.
+    /// The wall's force is the gradient of a potential, so no closed path gains energy.
     #[test]
     fn the_wall_is_a_potential(way in vector(0.05), step in vector(1.0)) {
         let from = Vec3::new(0.0, 0.0, 0.2) + way;

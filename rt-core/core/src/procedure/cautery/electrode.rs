@@ -213,7 +213,7 @@ mod tests {
         tool
     }
 
-    /// Electrode of a tool whose pedal does not lead a needle.
+    /// Electrode of a tool whose pedal does not pass a needle.
     fn electrode_of(tool: &ToolState) -> Option<Electrode> {
         Electrode::of(tool, tool.switches.pedal)
     }
@@ -272,7 +272,7 @@ mod tests {
             prop_assert!(found_m >= least_m - 0.06, "{} {}", found_m, least_m);
         }
 
-        /// The bounding boxes give the answer that the distance would have given.
+        /// A rejection by bounding boxes does not change the contact that the distance gives.
         #[test]
         fn boxes_change_nothing(
             points in prop::array::uniform4(prop::array::uniform3(-0.004f32..0.004)),

@@ -137,7 +137,11 @@ mod tests {
             [],
             "a little more than half is left"
         );
-        assert_eq!(reported(0.3, SLIT_DELAY_TICKS, false), [], "it may go on");
+        assert_eq!(
+            reported(0.3, SLIT_DELAY_TICKS, false),
+            [],
+            "the division may still continue"
+        );
         let both = [(EventKind::Perforation, 0.0), (EventKind::Leak, 0.5)];
         assert_eq!(reported(0.3, 300, false), both);
     }
