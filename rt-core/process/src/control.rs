@@ -18,8 +18,8 @@ pub async fn control(schedule: Schedule, tick: impl FnMut(Due) -> ControlFlow<()
     following(schedule, tick, || 0).await;
 }
 
-/// Runs `tick` as [`control`] does. After each tick, `step_ns` says by how much the next ones start
-/// later; a negative number is earlier.
+/// Runs `tick` as [`control`] does. After each tick, `step_ns` gives the time by which the next
+/// ticks start later, ns; a negative time makes them start earlier.
 pub async fn following(
     mut schedule: Schedule,
     mut tick: impl FnMut(Due) -> ControlFlow<()>,

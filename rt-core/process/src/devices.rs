@@ -244,7 +244,7 @@ impl Devices {
     }
 
     /// Findings of the haptic device's last poll, and the fault of a pedal that is held down.
-    /// Without an open haptic device, only the pedal's fault.
+    /// Without an open haptic device, the result has only the pedal's fault.
     pub(crate) fn findings(&self) -> Findings {
         let mut findings = match self.slots.first().and_then(|slot| slot.device.as_ref()) {
             Some(Device::Haptic(haptic)) => self.silence.complete(haptic.findings()),

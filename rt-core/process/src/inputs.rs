@@ -224,7 +224,8 @@ pub(crate) fn capabilities(setup: &RunSetup) -> DeviceCapabilities {
     }
 }
 
-/// Trocar of a recorded run. A number that this program does not know means the scene's.
+/// Trocar of a recorded run. A number that this program does not know means the trocar of the
+/// scene.
 pub(crate) fn trocar(setup: &RunSetup) -> TrocarChoice {
     TrocarChoice::from_number(setup.trocar).unwrap_or_default()
 }

@@ -21,7 +21,7 @@ pub fn sentence(fault: &str, haptic: Option<&Path>, bundle_ms: u32) -> Option<St
              F). If nobody threw the handle, its positions are noisy"
         ),
         "stale_device" => format!(
-            "samples of {device} came late, or this computer stood still: the force was held down \
+            "samples of {device} came late, or this computer stood still: the force was lowered \
              meanwhile"
         ),
         "lost_device" => format!("the line to {device} was lost for a while: no force meanwhile"),
@@ -30,7 +30,7 @@ pub fn sentence(fault: &str, haptic: Option<&Path>, bundle_ms: u32) -> Option<St
              `calot devices conformance`"
         ),
         "frozen_device" => format!(
-            "{device} sends one sample again and again, or one position while it says that it moves: no \
+            "{device} repeats one sample, or repeats one position while it reports a velocity: no \
              force meanwhile"
         ),
         "device_clock" => format!(
@@ -43,8 +43,8 @@ pub fn sentence(fault: &str, haptic: Option<&Path>, bundle_ms: u32) -> Option<St
         "device_bundles" => bundles(&device, haptic, bundle_ms),
         "deaf_device" => format!("{device} confirms no force that it is sent: no force meanwhile"),
         "device_fault" => format!(
-            "{device} reports a fault of its own: no force. Read what its lamp or its maker's manual \
-             says, and mend that"
+            "{device} reports a fault of its own: no force. Find the cause by its lamp and the \
+             maker's manual, and remove it"
         ),
         "device_watchdog" => format!(
             "the watchdog of {device} dropped the force, since no command came in time: this \
@@ -59,8 +59,8 @@ pub fn sentence(fault: &str, haptic: Option<&Path>, bundle_ms: u32) -> Option<St
              sensor or cable; `calot devices conformance` measures the noise"
         ),
         "held_pedal" => {
-            "a pedal is held down since the start, or since its line returned: it counts as \
-             released. Release it once"
+            "a pedal has been held down since the start, or since its line returned: it counts as \
+             released until you release it once"
                 .to_owned()
         }
         "lost_pedal" => {
@@ -127,7 +127,7 @@ impl Line {
 }
 
 /// Describes the force that was held back in `contact_ticks` of contact, with the counters of the
-/// haptic device's `line`. `None` if little was.
+/// haptic device's `line`. `None` if little force was held back.
 #[must_use]
 pub fn held_back(contact_ticks: u64, held: &[Held], line: Option<&Line>) -> Option<String> {
     let ticks: u64 = held.iter().map(|it| it.ticks).sum();
@@ -158,7 +158,7 @@ fn reason(held: &Held) -> String {
         "device_bundles" => "samples came in bundles",
         "silent_device" => "no valid sample came",
         "device_leap" => "positions leapt",
-        "bad_force" => "the force was no number",
+        "bad_force" => "the force was not finite",
         "speed_trip" => "the handle was too fast, and nobody enabled the force again",
         "not_enabled" => "nobody had enabled the force (key F)",
         _ => "samples came late",

@@ -105,7 +105,10 @@ struct Samples<'a, T: core::fmt::Debug + ZeroCopySend + 'static>(
     &'a Publisher<ipc::Service, T, ()>,
 );
 
-#[expect(unsafe_code, reason = "promises what iceoryx2's loans are")]
+#[expect(
+    unsafe_code,
+    reason = "iceoryx2's loans have the properties that `Lender` demands"
+)]
 // SAFETY: a loaned sample is memory that is mapped from a file, so it is initialised. It stays
 // where it is, and nobody else uses it until it is sent or dropped. Any thread may write it.
 unsafe impl<T: Pod + core::fmt::Debug + ZeroCopySend> Lender<T> for Samples<'_, T> {

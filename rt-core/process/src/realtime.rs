@@ -53,17 +53,17 @@ impl Standing {
             (
                 TimingBatch::FIFO,
                 is_realtime(thread),
-                "its scheduler was taken from the tick",
+                "the tick's realtime scheduler was changed",
             ),
             (
                 TimingBatch::LOCKED,
                 locked_bytes() > 0,
-                "its memory was unlocked",
+                "the memory was unlocked",
             ),
             (
                 TimingBatch::PINNED,
                 is_pinned(thread),
-                "it was allowed on more than one core",
+                "the tick was allowed on more than one core",
             ),
         ];
         let mut lost = Vec::new();
@@ -104,7 +104,7 @@ fn is_pinned(thread: libc::pid_t) -> bool {
 /// # Errors
 /// The rule that refused, and the remedy.
 pub fn lock_memory() -> Result<(), Refusal> {
-    // SAFETY: two valid settings; glibc makes them under its own lock.
+    // SAFETY: two valid settings; glibc applies them under its own lock.
     unsafe {
         libc::mallopt(libc::M_TRIM_THRESHOLD, -1);
         libc::mallopt(libc::M_MMAP_MAX, 0);

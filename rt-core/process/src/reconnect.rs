@@ -143,8 +143,8 @@ impl Opener {
                 static TOLD: OnceLock<()> = OnceLock::new();
                 TOLD.get_or_init(|| {
                     crate::say!(
-                        "calot rt: {} is another device now (its limits differ): plug in the one \
-                         that was there, or start again",
+                        "calot rt: {} is another device now (its limits differ): plug in the first \
+                         one again, or restart",
                         self.name(kind)
                     );
                 });

@@ -32,7 +32,7 @@ pub(crate) fn join(thread: &'static str, handle: JoinHandle<()>) -> Result<(), R
 pub(crate) fn without_a_word(thread: &'static str, handle: JoinHandle<()>) -> RtError {
     let silent = RtError::Panicked {
         thread,
-        message: "ended without a word".to_owned(),
+        message: "ended before it reported anything".to_owned(),
     };
     join(thread, handle).err().unwrap_or(silent)
 }

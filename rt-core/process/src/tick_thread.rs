@@ -562,7 +562,11 @@ mod tests {
         assert_eq!(outcome.forces.len(), 400 + 3);
         // 100 frames are due. After 25 dropped ones the next is published in any case.
         assert_eq!(shared.frames_dropped.load(Relaxed), 97);
-        assert_eq!(shared.stages_over[0].load(Relaxed), 400, "sampling took it");
+        assert_eq!(
+            shared.stages_over[0].load(Relaxed),
+            400,
+            "sampling exceeds its budget"
+        );
         let mut dropped = 0;
         while let Some(record) = outcome.ends.records.dequeue() {
             dropped += u64::from(record.bits & TickRecord::DROPPED_PUBLISH != 0);
