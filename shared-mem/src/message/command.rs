@@ -61,8 +61,9 @@ impl CommandMsg {
     /// Replay only: set the speed. The argument is the speed in thousandths of real time, 10 to 100
     /// 000.
     pub const SPEED: u32 = 8;
-    /// An instructor makes something go wrong. The argument is a [`crate::words::Complication`].
-    /// If nothing can go wrong in that way, nothing happens, and no event is raised.
+    /// Trigger a complication for an instructor. The argument is the number of a
+    /// [`crate::words::Complication`]. If the complication is impossible, nothing happens, and no
+    /// event is raised.
     pub const COMPLICATION: u32 = 9;
 }
 

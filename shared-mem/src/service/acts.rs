@@ -12,7 +12,7 @@ use super::join::{Member, MemoryNeed};
 use super::{ServiceError, Station};
 use crate::message::{ActMsg, ActReply};
 
-/// Time within which the station's desk answers an act.
+/// Time within which a station's [`ActDesk`] answers an act.
 pub const ACT_PATIENCE: Duration = Duration::from_millis(1500);
 
 /// The station's end: it receives the acts of instructors.
@@ -73,7 +73,7 @@ pub struct ActSender {
 }
 
 impl ActSender {
-    /// Joins the station, whose desk may come later.
+    /// Joins the station. Its [`ActDesk`] may be opened later.
     ///
     /// # Errors
     /// The `ServiceError` of the step that failed.

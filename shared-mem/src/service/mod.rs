@@ -36,7 +36,8 @@ pub use error::ServiceError;
 pub use folder::{owner, user_folder};
 pub use join::Claim;
 
-/// Largest number of readers (displays, recorders, links, surgeons) of one station at once.
+/// Largest number of readers (displays, recorders, links, scripted surgeons) of one station at
+/// once.
 pub const MAX_HOSTS: usize = 8;
 /// Largest number of samples of one service that the controller may have on loan from iceoryx2: one
 /// more than the tick uses (`SLOTS` in `handover.rs` of `rt-process`).
