@@ -41,7 +41,9 @@ pub fn sentence(fault: &str, haptic: Option<&Path>, bundle_ms: u32) -> Option<St
             "positions of {device} leapt farther than a hand moves: these samples were dropped"
         ),
         "device_bundles" => bundles(&device, haptic, bundle_ms),
-        "deaf_device" => format!("{device} confirms no force that it is sent: no force meanwhile"),
+        "deaf_device" => {
+            format!("{device} does not confirm the forces sent to it: no force meanwhile")
+        }
         "device_fault" => format!(
             "{device} reports a fault of its own: no force. Find the cause by its lamp and the \
              maker's manual, and remove it"
