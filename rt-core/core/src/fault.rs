@@ -281,7 +281,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn codes_are_indices_and_count_separately() {
+    fn fault_codes_are_indices_and_faults_count_separately() {
         for (i, fault) in Fault::ALL.into_iter().enumerate() {
             assert_eq!(usize::from(fault.code()), i);
             let mut set = FaultSet::NONE;

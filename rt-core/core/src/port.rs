@@ -241,16 +241,16 @@ impl Identity {
     /// An identity with the printable ASCII of `name`, up to a zero. Other bytes become `?`.
     #[must_use]
     pub fn new(name: &[u8], serial: u32) -> Self {
-        let mut own = Self {
+        let mut identity = Self {
             serial,
             ..Self::default()
         };
         for &byte in name.iter().take_while(|&&byte| byte != 0) {
             let is_printable = (b' '..=b'~').contains(&byte);
             let letter = if is_printable { byte.into() } else { '?' };
-            let _ = own.name.push(letter); // a longer name is cut off
+            let _ = identity.name.push(letter); // a longer name is cut off
         }
-        own
+        identity
     }
 }
 

@@ -87,7 +87,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn work_left_to_do_shrinks_from_stage_to_stage() {
+    fn time_needed_until_the_force_shrinks_from_stage_to_stage() {
         let needs = [1, 2, 4, 8, 16, 32, 64];
         assert_eq!(until_force_ns(&needs, Stage::Contact), 4 + 8 + 16);
         assert_eq!(until_force_ns(&needs, Stage::Solve), 8 + 16);

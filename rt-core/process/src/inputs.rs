@@ -335,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_is_set_up_again_as_it_was() {
+    fn start_conditions_of_a_run_come_back_from_its_setup() {
         let device = DeviceCapabilities {
             opening: Opening {
                 travel_m: 0.025,

@@ -176,23 +176,23 @@ fn reason(held: &Held) -> String {
 #[derive(Debug, Default)]
 pub(crate) struct Notices {
     haptic: Option<PathBuf>,
-    told: u32,
+    printed: u32,
 }
 
 impl Notices {
     /// Notices about the haptic device at `haptic`.
     pub(crate) const fn new(haptic: Option<PathBuf>) -> Self {
-        Self { haptic, told: 0 }
+        Self { haptic, printed: 0 }
     }
 
     /// Prints the faults that were not printed before.
     pub(crate) fn look(&mut self, shared: &Shared) {
         for (fault, count) in Fault::ALL.into_iter().zip(&shared.faults) {
             let bit = 1 << fault.code();
-            if count.load(Relaxed) == 0 || self.told & bit != 0 {
+            if count.load(Relaxed) == 0 || self.printed & bit != 0 {
                 continue;
             }
-            self.told |= bit;
+            self.printed |= bit;
             let bundle_ms = shared.bundle_ms.load(Relaxed);
             if let Some(text) = sentence(fault.name(), self.haptic.as_deref(), bundle_ms) {
                 crate::say!("calot rt: {text}");
@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn force_that_is_held_back_is_said_with_share_reason_and_number() {
+    fn report_of_held_back_force_has_share_reason_and_number() {
         let held = |fault: Fault, ticks, times| Held {
             fault: fault.name().to_owned(),
             ticks,

@@ -143,9 +143,9 @@ mod tests {
     const PERIOD_NS: u64 = 1_000_000;
 
     /// Uniform random numbers from 0 to 1, from a fixed seed.
-    struct Even(u64);
+    struct Uniform(u64);
 
-    impl Even {
+    impl Uniform {
         fn next(&mut self) -> f64 {
             self.0 = self
                 .0
@@ -170,7 +170,7 @@ mod tests {
         late: f64,
     ) -> (Vec<u64>, Vec<i64>) {
         let mut phase = Phase::new(PERIOD_NS);
-        let mut chance = Even(7);
+        let mut chance = Uniform(7);
         let mut arrival = |n: f64| {
             let is_late = chance.next() < late;
             let late_ns = if is_late {
@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn it_rests_while_the_line_jitters_or_has_another_rate() {
+    fn loop_rests_while_the_line_jitters_or_has_another_rate() {
         let resting = |(_, steps): (Vec<u64>, Vec<i64>)| {
             let moved: i64 = steps.iter().map(|step| step.abs()).sum();
             moved < 200_000
@@ -238,9 +238,9 @@ mod tests {
     }
 
     #[test]
-    fn it_says_when_it_rests() {
+    fn loop_reports_when_it_rests() {
         let mut phase = Phase::new(PERIOD_NS);
-        let mut chance = Even(7);
+        let mut chance = Uniform(7);
         let mut ticks = |phase: &mut Phase, jitter_ns: f64| {
             for tick in 1..1000 {
                 let at_ns = tick * PERIOD_NS;
@@ -258,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn more_jitter_leaves_more_room() {
+    fn more_jitter_gives_a_longer_wait() {
         let (quiet, _) = ten_seconds(1_000_000.0, 6e5, 5_000.0, 0.0);
         let (noisy, _) = ten_seconds(1_000_000.0, 6e5, 40_000.0, 0.0);
         let (quiet, noisy) = (quantile(&quiet, 0.5), quantile(&noisy, 0.5));

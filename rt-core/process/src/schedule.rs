@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rest_is_slept_and_its_period_told_as_missed() {
+    fn period_of_a_rest_is_reported_as_missed() {
         let mut schedule = Schedule::new(1_000, 100);
         let _ = schedule.begin(1_000);
         schedule.rest(1_050);

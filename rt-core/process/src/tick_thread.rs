@@ -47,9 +47,9 @@ pub(crate) struct Start {
     pub(crate) settings: Settings,
 }
 
-/// Body of the thread. It reports its realtime privileges to `told` when everything is built,
-/// before the first tick. It commands zero force before it returns or unwinds.
-pub(crate) fn run(start: Start, told: &SyncSender<Standing>) {
+/// Body of the thread. It sends its realtime privileges to `ready` when everything is built, before
+/// the first tick. It commands zero force before it returns or unwinds.
+pub(crate) fn run(start: Start, ready: &SyncSender<Standing>) {
     let shared = Arc::clone(&start.shared);
     let settings = start.settings;
     let mut devices = start.devices;
@@ -82,7 +82,7 @@ pub(crate) fn run(start: Start, told: &SyncSender<Standing>) {
 
     let outcome = catch_unwind(AssertUnwindSafe(|| {
         let executor = spawned(&tick, &shared, settings);
-        let _ = told.send(standing);
+        let _ = ready.send(standing);
         realtime::prefault_stack();
         executor.run(settings.spin_ns);
     }));
@@ -333,12 +333,12 @@ mod tests {
             }),
             settings: Settings::new(&config, None),
         };
-        let (tell, _told) = mpsc::sync_channel(1);
+        let (ready, _receiver) = mpsc::sync_channel(1);
         let thread = std::thread::Builder::new()
             .stack_size(crate::thread::TICK_STACK_BYTES)
             .spawn(move || {
                 prepare();
-                run(start, &tell);
+                run(start, &ready);
             })
             .unwrap();
         let panicked = thread.join().is_err();
@@ -460,7 +460,7 @@ mod tests {
         if OnViolation::BUILD_DEFAULT == OnViolation::Count || !may_lock {
             return; // a release build only counts; faults in unlocked memory end no run
         }
-        for (rule, said) in [
+        for (rule, message) in [
             ("allocation", "allocated after its start"),
             ("page fault", "took too many page faults after its start"),
             ("block", "waited for something other"),
@@ -472,7 +472,7 @@ mod tests {
                 .output()
                 .unwrap();
             let stderr = String::from_utf8_lossy(&output.stderr);
-            assert!(stderr.contains(said), "{rule}: {stderr}");
+            assert!(stderr.contains(message), "{rule}: {stderr}");
             assert_eq!(output.status.signal(), Some(libc::SIGABRT), "{rule}");
         }
     }

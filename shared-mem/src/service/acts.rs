@@ -125,12 +125,12 @@ mod tests {
         let station = Station::new(&name).expect("a name");
         let act = ActMsg::of(ActKind::Fog);
         let sender = ActSender::open(&station).expect("a sender");
-        let said = sender
+        let message = sender
             .ask(act, Duration::from_millis(50))
             .expect_err("nobody");
         assert!(
-            said.to_string().contains("nobody answered within"),
-            "{said}"
+            message.to_string().contains("nobody answered within"),
+            "{message}"
         );
         let (ready, is_ready) = std::sync::mpsc::channel();
         let desk = std::thread::spawn({

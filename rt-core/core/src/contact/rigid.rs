@@ -306,7 +306,7 @@ mod tests {
     proptest! {
         /// No two places of the axes are closer than the closest approach.
         #[test]
-        fn no_places_of_the_axes_are_closer(a in vector(1.0), b in vector(1.0), c in vector(1.0), d in vector(1.0),
+        fn no_places_of_two_axes_are_closer_than_the_nearest(a in vector(1.0), b in vector(1.0), c in vector(1.0), d in vector(1.0),
                           u in 0.0f32..1.0, v in 0.0f32..1.0) {
             let (one, other) = (rod(a, b, Role::Shaft), rod(c, d, Role::Endoscope));
             let [s, t] = nearest(&one, &other);
@@ -318,7 +318,7 @@ mod tests {
         /// The force of a shaft that rests on the endoscope follows from the true overlap of the
         /// capsules. This holds at any angle and any place of contact along both axes.
         #[test]
-        fn steel_force_is_of_the_true_overlap(
+        fn steel_force_follows_from_the_true_overlap(
             along_m in -0.1f32..0.1, length_m in 0.05f32..0.25, pivot in 0.0f32..1.0, depth_m in 1.0e-4f32..1.0e-3,
             turn in -0.2f32..0.2, tilt in -0.02f32..0.02,
         ) {

@@ -31,16 +31,16 @@ const CLOSE_M: f32 = 0.000_5;
 const STIFFNESS_N_M: f32 = 200.0;
 /// Weight of the speed of an overlap relative to its depth, s: enough that nothing bounces. A
 /// larger weight slows the approach to balance.
-const DAMPED_S: f32 = 0.001;
+const DAMPING_TIME_S: f32 = 0.001;
 /// Largest share of an overlap that a substep corrects. A larger share would shoot light spheres
 /// out.
-const SOFT: f32 = 0.4;
-/// Largest share for pairs that keep their impulse. With 0.4, a rod that a tool folds shakes at 0.6
-/// m/s (`bodies_of_common_tissue_rest`). With 0.3 it rests.
-const SOFT_KEPT: f32 = 0.25;
+const CORRECTION_SHARE_MAX: f32 = 0.4;
+/// As `CORRECTION_SHARE_MAX`, for pairs that keep their impulse. With 0.4, a rod that a tool folds
+/// shakes at 0.6 m/s (`bodies_of_common_tissue_rest`). With 0.3 it rests.
+const KEPT_CORRECTION_SHARE_MAX: f32 = 0.25;
 /// Largest speed at which overlapping organs part, m/s. A duct that has slipped far into an organ
 /// comes out slowly.
-const PART_M_S: f32 = 0.1;
+const PARTING_SPEED_MAX_M_S: f32 = 0.1;
 /// Friction of wet serous skins on each other (pleura on pleura; D'Angelo 2004, DOI
 /// 10.1016/j.resp.2004.05.006).
 const FRICTION: f32 = 0.02;
@@ -55,10 +55,11 @@ const EMPTY: u16 = u16::MAX;
 struct Close {
     pair: Pair,
     /// Number of substeps of a tick in which the pair is solved.
-    times: u16,
+    substeps: u16,
     /// True if both spheres belong to one organ.
-    is_of_one: bool,
-    /// Impulse on the first sphere in the last substep, over dt, m kg; zero unless `is_of_one`.
+    is_same_organ: bool,
+    /// Positional impulse on the first sphere in the last substep, m kg; zero unless
+    /// `is_same_organ`.
     push_m_kg: Lanes,
 }
 
@@ -167,8 +168,8 @@ impl Between {
             let before = self.before.find(pair);
             let close = Close {
                 pair: *pair,
-                times: substeps_a.max(substeps_b) as u16,
-                is_of_one: bodies.organ.at(a) == bodies.organ.at(b),
+                substeps: substeps_a.max(substeps_b) as u16,
+                is_same_organ: bodies.organ.at(a) == bodies.organ.at(b),
                 push_m_kg: before.map_or(Lanes::ZERO, |before| before.push_m_kg),
             };
             faults.raise_if(!self.now.push(close, slot), Fault::PairOverflow);
@@ -181,12 +182,12 @@ impl Between {
             return;
         }
         for close in &self.now.close {
-            if SubstepWindow::due(now, close.times.into(), scene).is_some() {
+            if SubstepWindow::due(now, close.substeps.into(), scene).is_some() {
                 close.move_by(close.push_m_kg, [Pace::SAME; 2], bodies);
             }
         }
         for close in &mut self.now.close {
-            if let Some(window) = SubstepWindow::due(now, close.times.into(), scene) {
+            if let Some(window) = SubstepWindow::due(now, close.substeps.into(), scene) {
                 close.press(&window, scene, bodies);
             }
         }
@@ -218,7 +219,7 @@ impl Close {
             false => self.solve(paces, at.step_s(), bodies),
         };
         self.move_by(push_m_kg - self.push_m_kg, paces, bodies);
-        if self.is_of_one {
+        if self.is_same_organ {
             self.push_m_kg = push_m_kg;
         }
     }
@@ -227,7 +228,7 @@ impl Close {
     /// the tools.
     fn seen(&self, sphere: u32, own_m_kg: Lanes, bodies: &Bodies) -> Node {
         let mut node = *bodies.nodes.at(sphere);
-        if self.is_of_one {
+        if self.is_same_organ {
             let others_m_kg = bodies.warm_start.tools(sphere) - own_m_kg;
             node.push(others_m_kg, bodies.weight_per_kg(sphere));
         }
@@ -251,22 +252,28 @@ impl Close {
         }
         let before = (start + (pace_a.way_before(&node_a) - pace_b.way_before(&node_b))).vec3();
         let direction = math::unit(&now).unwrap_or_else(Vec3::x);
-        let came_m = math::norm(&before) - near_m;
-        let rate = DAMPED_S / step_s;
+        let approached_m = math::norm(&before) - near_m;
+        let rate = DAMPING_TIME_S / step_s;
         // Compliance of the spring, relative to the pair's inverse mass.
         let softness = (STIFFNESS_N_M * step_s * step_s * weight_per_kg).recip();
-        let soft = if self.is_of_one { SOFT_KEPT } else { SOFT };
-        let answer = ((1.0 + rate) + softness).recip().min(soft);
-        let wanted_m = answer * (self.pair.apart_m - near_m + rate * came_m);
-        let push_m = wanted_m.min(came_m + PART_M_S * step_s).max(0.0);
-        // Friction along the surfaces is a share of the push.
+        let share_max = if self.is_same_organ {
+            KEPT_CORRECTION_SHARE_MAX
+        } else {
+            CORRECTION_SHARE_MAX
+        };
+        let correction_share = ((1.0 + rate) + softness).recip().min(share_max);
+        let wanted_m = correction_share * (self.pair.apart_m - near_m + rate * approached_m);
+        let push_m = wanted_m
+            .min(approached_m + PARTING_SPEED_MAX_M_S * step_s)
+            .max(0.0);
+        // Friction reduces the slide along the surfaces, by at most `FRICTION` times the push.
         let slid = now - before;
         let slid = slid - direction * direction.dot(&slid);
-        let held = FRICTION * push_m
+        let friction_share = FRICTION * push_m
             / math::norm(&slid)
                 .max(FRICTION * push_m)
                 .max(f32::MIN_POSITIVE);
-        let push = (direction * push_m - slid * held) / weight_per_kg;
+        let push = (direction * push_m - slid * friction_share) / weight_per_kg;
         Lanes::new(&push, 0.0)
     }
 }
@@ -304,9 +311,9 @@ mod tests {
         bodies: Box<Bodies>,
     }
 
-    struct Only<'a>(&'a mut Between, &'a Scene<'a>);
+    struct PairsOnly<'a>(&'a mut Between, &'a Scene<'a>);
 
-    impl Coupling for Only<'_> {
+    impl Coupling for PairsOnly<'_> {
         fn pre_solve(&mut self, _: u8, _: f32, _: &mut Bodies) {}
         fn couple(&mut self, now: u32, bodies: &mut Bodies) {
             self.0.press_due(now, self.1, bodies);
@@ -360,10 +367,10 @@ mod tests {
             self.pairs.find(&self.bodies, &mut faults);
             self.between
                 .choose(self.pairs.near(), &scene, &self.bodies, &mut faults);
-            let mut only = Only(&mut self.between, &scene);
+            let mut pairs_only = PairsOnly(&mut self.between, &scene);
             let moves = [true; MAX_ORGANS];
             let bodies = &mut self.bodies;
-            let _ = substeps::run(&scene, &mut NeoHookean, &moves, &mut only, bodies);
+            let _ = substeps::run(&scene, &mut NeoHookean, &moves, &mut pairs_only, bodies);
             tool(bodies);
             for (organ, number) in self.organs.iter().zip(0..) {
                 let _ = bodies.advance(&scene, organ, scene.step_s_of(number));
@@ -419,7 +426,7 @@ mod tests {
                 let before_m = two.apart_m();
                 two.tick();
                 let parted_m = two.apart_m() - before_m;
-                let most_m = 1.01 * PART_M_S * TICK_S;
+                let most_m = 1.01 * PARTING_SPEED_MAX_M_S * TICK_S;
                 assert!(parted_m < most_m, "tick {tick}: {parted_m} m");
             }
             assert!(two.apart_m() > 2.0 * RADIUS_M - 1.0e-5);

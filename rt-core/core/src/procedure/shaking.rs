@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn an_organ_that_turns_back_often_and_outruns_a_moving_hand_shakes() {
+    fn organ_that_reverses_often_and_outruns_a_moving_hand_shakes() {
         for (hz, hand_m_s) in [(8.0, 0.02), (40.0, 0.02), (180.0, 0.08)] {
             let at = found(20_000, hz, 0.3, |_| hand_m_s);
             // No sphere is watched in the first interval, so 24 more intervals must pass.

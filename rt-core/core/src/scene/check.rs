@@ -540,7 +540,7 @@ mod tests {
     }
 
     #[test]
-    fn a_good_scene_and_an_empty_one_are_taken() {
+    fn valid_scene_and_empty_scene_are_accepted() {
         assert!(Scene::new(&[organ(0, 2, 0, 1)], &two(), &[LINK], room()).is_ok());
         assert!(Scene::new(&[], &[], &[], room()).is_ok());
     }

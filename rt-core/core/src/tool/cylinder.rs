@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn every_branch_by_hand() {
+    fn depth_and_normal_are_as_computed_by_hand_in_every_branch() {
         let y = Vec3::new(0.0, 1.0, 0.0);
         let x = Vec3::new(1.0, 0.0, 0.0);
         // Next to the lateral surface (x < h/2): d = 1.4, so depth 1 + 0.5 − 1.4.

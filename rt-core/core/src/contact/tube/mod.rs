@@ -423,14 +423,14 @@ fn candidate(
 /// mass, and with twice the stiffness of a ball embedded in its tissue, because it may lie on other
 /// tissue.
 fn backing_compliance_m_n(patch: &Patch, material: &Material, bodies: &Bodies) -> f32 {
-    let yields = |(sphere, weight): (u32, f32)| {
+    let compliance_m_n = |(sphere, weight): (u32, f32)| {
         let inverse_mass_per_kg = bodies.nodes.at(sphere).inverse_mass_per_kg();
         let embedding_n_m = 2.0 * embedded_n_m(material, *bodies.radius_m.at(sphere));
         // Equal to `1 / (embedding_n_m + m / T²)`, and defined for a fixed sphere as well.
         let free_m_n = inverse_mass_per_kg * TICK_S * TICK_S;
         weight * weight * free_m_n / (1.0 + embedding_n_m * free_m_n)
     };
-    patch.spheres().map(yields).sum()
+    patch.spheres().map(compliance_m_n).sum()
 }
 
 /// Stiffness of a rigid ball in infinite elastic tissue, N/m: `24 π G (1 − ν) r / (5 − 6 ν)` (Lur'e

@@ -256,7 +256,7 @@ mod tests {
     proptest! {
         /// The distance equals the smallest one between many pairs of points on the two segments.
         #[test]
-        fn distances_are_the_smallest(
+        fn distance_is_the_smallest_between_two_points(
             points in prop::array::uniform4(prop::array::uniform3(-1.0f32..1.0)),
         ) {
             let [a, b, c, d] = points.map(Vec3::from);
@@ -274,7 +274,7 @@ mod tests {
 
         /// A rejection by bounding boxes does not change the contact that the distance gives.
         #[test]
-        fn boxes_change_nothing(
+        fn bounding_boxes_do_not_change_the_contact(
             points in prop::array::uniform4(prop::array::uniform3(-0.004f32..0.004)),
         ) {
             let [a, b, c, d] = points.map(Vec3::from);

@@ -45,7 +45,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_exponential_is_accurate_to_a_millionth() {
+    fn exponential_is_accurate_to_one_in_100_000() {
         for step in -790..=790 {
             let x = step as f32 * 0.1;
             let exact = f64::from(x).exp();

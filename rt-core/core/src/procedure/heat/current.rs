@@ -17,7 +17,7 @@ use heapless::Vec;
 
 use super::Heat;
 use super::conduction::section_of_tie_m;
-use super::way::Way;
+use super::tube_current::TubeCurrent;
 use crate::capacity::MAX_ORGANS;
 use crate::procedure::cautery::{Electrode, Shares, TouchedCell};
 use crate::scene::{Cell, Organ, Scene};
@@ -32,8 +32,9 @@ const REACH_M: f32 = 0.012;
 const NEAR_MAX: usize = 1024;
 /// Length of a round, ticks. Each round computes the heat of tubes once.
 const ROUND: u32 = 5;
-/// Sum of the sections of all ways, weighted by the heat, below which no current flows, m.
-const WAY_MIN_M: f32 = 1.0e-12;
+/// Sum over all paths below which no current flows, m: section over length, weighted by the squared
+/// difference of potential.
+const PATH_SUM_MIN_M: f32 = 1.0e-12;
 
 /// Current of a tick, and what it touches.
 #[derive(Debug)]
@@ -145,12 +146,12 @@ impl Heat {
     /// Warms the tubes and sheets that the tip touches, along the path of the current. A round
     /// takes [`ROUND`] ticks: sweeps of the potential, then the sum of all heat, then the heat.
     fn warm_along_tubes(&mut self, shares: &Shares, scene: &Scene<'_>, bodies: &Bodies) {
-        self.way.due_j += shares.near_j() * shares.tube_share();
-        if shares.links.is_empty() && self.way.step == 0 {
+        self.tube_current.due_j += shares.near_j() * shares.tube_share();
+        if shares.links.is_empty() && self.tube_current.step == 0 {
             return;
         }
-        let step = self.way.step;
-        self.way.step = (step + 1) % ROUND;
+        let step = self.tube_current.step;
+        self.tube_current.step = (step + 1) % ROUND;
         if step + 2 < ROUND {
             for (link, _) in &shares.links {
                 if let Some(link) = scene.links.get(*link as usize) {
@@ -161,19 +162,19 @@ impl Heat {
             self.sweep(scene, bodies);
         } else if step + 2 == ROUND {
             let mut sum_m = 0.0;
-            self.for_ways(scene, bodies, |heat, [a, b], section_m| {
+            self.for_paths(scene, bodies, |heat, [a, b], section_m| {
                 let difference = *heat.potential.at(a) - *heat.potential.at(b);
                 sum_m += section_m * difference * difference;
             });
-            self.way.sum_m = sum_m;
+            self.tube_current.sum_m = sum_m;
         } else {
-            let sum_m = core::mem::take(&mut self.way.sum_m);
-            let due_j = core::mem::take(&mut self.way.due_j);
-            if !(sum_m.is_finite() && sum_m > WAY_MIN_M) {
+            let sum_m = core::mem::take(&mut self.tube_current.sum_m);
+            let due_j = core::mem::take(&mut self.tube_current.due_j);
+            if !(sum_m.is_finite() && sum_m > PATH_SUM_MIN_M) {
                 self.balance.spread_j += f64::from(due_j);
                 return;
             }
-            self.for_ways(scene, bodies, |heat, [a, b], section_m| {
+            self.for_paths(scene, bodies, |heat, [a, b], section_m| {
                 let difference = *heat.potential.at(a) - *heat.potential.at(b);
                 let own_j = due_j * (section_m * difference * difference / sum_m);
                 heat.warm_or_spread(Some(a), 0.5 * own_j);
@@ -184,16 +185,16 @@ impl Heat {
 
     /// Forgets the paths of the current, when it ends.
     pub(crate) fn end_current(&mut self) {
-        if self.way != Way::NONE {
-            self.balance.spread_j += f64::from(self.way.due_j);
-            self.way = Way::NONE;
+        if self.tube_current != TubeCurrent::NONE {
+            self.balance.spread_j += f64::from(self.tube_current.due_j);
+            self.tube_current = TubeCurrent::NONE;
             self.potential = PerSphere::new(0.0);
         }
     }
 
     /// One sweep of Jacobi's method over all tubes.
     fn sweep(&mut self, scene: &Scene<'_>, bodies: &Bodies) {
-        self.for_ways(scene, bodies, |heat, [a, b], section_m| {
+        self.for_paths(scene, bodies, |heat, [a, b], section_m| {
             for (to, from) in [(a, b), (b, a)] {
                 let from = *heat.potential.at(from);
                 let sums = heat.sums.at_mut(to);
@@ -215,7 +216,7 @@ impl Heat {
 
     /// Calls `work` for every path of current: intact links of tubes and sheets, and their intact
     /// attachments. Gives both ends, and the section divided by the length, m.
-    fn for_ways(
+    fn for_paths(
         &mut self,
         scene: &Scene<'_>,
         bodies: &Bodies,
@@ -237,8 +238,8 @@ impl Heat {
                 continue;
             };
             let carries = |sphere: u32| carries(*bodies.organ.at(sphere), scene);
-            let is_way = carries(tie.sphere) || carries(other);
-            if is_way && bodies.damage.intact_of_tie(i) > 0.0 {
+            let is_path = carries(tie.sphere) || carries(other);
+            if is_path && bodies.damage.intact_of_tie(i) > 0.0 {
                 work(
                     self,
                     [tie.sphere, other],

@@ -30,7 +30,7 @@
 mod arrhenius;
 mod conduction;
 pub(crate) mod current;
-mod way;
+mod tube_current;
 
 use crate::capacity::MAX_ORGANS;
 use crate::procedure::journal::Journal;
@@ -39,7 +39,7 @@ use crate::time::TICK_S;
 use crate::tissue::Bodies;
 use crate::tissue::per_sphere::PerSphere;
 use crate::words::{Event, EventKind};
-use way::Way;
+use tube_current::TubeCurrent;
 
 /// Ticks in which every link, attachment and sphere has its turn once.
 const TURNS: u32 = 50;
@@ -118,7 +118,7 @@ pub(crate) struct Heat {
     potential: PerSphere<f32>,
     /// Sums of one sweep of the potential: conductance times potential, and conductance.
     sums: PerSphere<(f32, f32)>,
-    way: Way,
+    tube_current: TubeCurrent,
     codes: PerSphere<HeatCode>,
     destroyed: [Destroyed; MAX_ORGANS],
     balance: Balance,
@@ -140,7 +140,7 @@ impl Heat {
             damage: PerSphere::new(0.0),
             potential: PerSphere::new(0.0),
             sums: PerSphere::new((0.0, 0.0)),
-            way: Way::NONE,
+            tube_current: TubeCurrent::NONE,
             codes: PerSphere::new(HeatCode {
                 rise_k: 0,
                 denatured: 0,
