@@ -264,7 +264,7 @@ words! {
         Ramped = 19, "ramped";
         /// The haptic device is open but sends no valid sample.
         SilentDevice = 20, "silent_device";
-        /// The haptic device repeats a position although its velocity is not zero, or repeats a
+        /// The haptic device repeats a position although it reports a velocity, or repeats both a
         /// position and the time of its clock.
         FrozenDevice = 21, "frozen_device";
         /// The haptic device's clock runs backwards, stands still or counts in another unit.

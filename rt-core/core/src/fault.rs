@@ -55,8 +55,9 @@ pub enum Fault {
     Ramped = 19,
     /// The haptic device is open but sends no valid sample. Answer: force falls to zero.
     SilentDevice = 20,
-    /// The haptic device repeats a position, while its velocity or its clock says otherwise.
-    /// Answer: the samples are dropped, so the force falls to zero.
+    /// The haptic device repeats a position although it reports a velocity, or repeats both a
+    /// position and the time of its clock. Answer: the samples are dropped, so the force falls to
+    /// zero.
     FrozenDevice = 21,
     /// The haptic device's clock runs backwards, stands still or has another unit. Answer: the
     /// samples are dropped, so the force falls to zero.

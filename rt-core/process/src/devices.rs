@@ -2,7 +2,7 @@
 //! absent.
 //!
 //! The tick hands a lost device to the thread that opens devices ([`crate::reconnect`]). That
-//! thread closes it, opens it anew and hands it back.
+//! thread closes the device, opens it again and hands it back.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -54,7 +54,7 @@ impl Device {
         })
     }
 
-    /// Opens a lost device anew. Nobody holds its handle at the home position now, so a haptic
+    /// Opens a lost device again. Nobody holds its handle at the home position now, so a haptic
     /// device that must be held there is refused.
     pub(crate) fn reopen(
         kind: usize,

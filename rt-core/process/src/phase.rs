@@ -1,13 +1,13 @@
 //! Lets the ticks follow the arrivals of the haptic device's samples.
 //!
-//! A device that sends at the tick's rate has a phase of its own, so the median wait of its samples
-//! for the tick is half a period. A slow loop moves the ticks to just after the arrivals. It takes
-//! each wait as a unit vector on the circle of the period and averages the vectors. The spread of
-//! the waits is their mean distance from this average, on the circle. Unlike a mean of squares, it
-//! hardly changes with the few samples in a hundred that a busy machine reads too late. The ticks
-//! aim at a wait of five spreads (four standard deviations, if the jitter is normal), so that
-//! nearly no other sample comes just too late. The loop rests while the spread is so large that
-//! little could be gained.
+//! A device that sends at the tick's rate has an unknown phase against the ticks, so the median
+//! wait of its samples for the tick is half a period. A slow loop moves the ticks to just after the
+//! arrivals. It takes each wait as a unit vector on the circle of the period and averages the
+//! vectors. The spread of the waits is their mean distance from this average, on the circle. Unlike
+//! a mean of squares, it hardly changes with the few samples in a hundred that a busy machine reads
+//! too late. The ticks aim at a wait of five spreads (four standard deviations, if the jitter is
+//! normal), so that nearly no other sample comes just too late. The loop rests while the spread is
+//! so large that little could be gained.
 //!
 //! The mean lags behind a drift of the device's clock, and until the loop has learnt the drift, the
 //! lag counts as spread. So the loop also rests beside a clock that is off by about 195 in a

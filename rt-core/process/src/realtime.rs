@@ -93,7 +93,7 @@ fn policy(thread: libc::pid_t) -> Option<libc::c_int> {
 /// True if the thread is pinned to one core. A thread that has ended counts as pinned.
 fn is_pinned(thread: libc::pid_t) -> bool {
     if policy(thread) == Some(libc::SCHED_DEADLINE) {
-        return true; // the kernel guarantees its time without a core of its own
+        return true; // the kernel guarantees the thread's time without a reserved core
     }
     let thread = rustix::thread::Pid::from_raw(thread);
     rustix::thread::sched_getaffinity(thread).map_or(true, |set| set.count() == 1)

@@ -50,7 +50,7 @@ impl CommandMsg {
     pub const ENABLE_FORCE: u32 = 3;
     /// Change the instrument. The argument is the number of a [`crate::words::Instrument`].
     pub const INSTRUMENT: u32 = 4;
-    /// End the controller in order.
+    /// End the controller with an orderly shutdown.
     pub const STOP: u32 = 5;
     /// Put every organ into the state in which a task begins. The argument is the task: 0 hang (no
     /// suture is placed), 1 identify (as after `RESET`), 2 clamp (Calot's triangle is cleared), 3

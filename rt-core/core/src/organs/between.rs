@@ -130,7 +130,7 @@ impl Between {
         }
     }
 
-    /// Removes all pairs and their impulses, for tissue that begins anew.
+    /// Removes all pairs and their impulses, after the tissue was loaded or reset.
     pub(crate) fn forget(&mut self) {
         self.now.clear();
         self.before.clear();

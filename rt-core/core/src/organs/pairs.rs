@@ -126,7 +126,7 @@ impl Pairs {
         }
     }
 
-    /// Starts anew with `scene`.
+    /// Loads `scene`, and drops all pairs.
     pub(crate) fn load(&mut self, scene: &Scene<'_>) {
         self.outer.clear();
         let mut skin_distances = PerSphere::new(SkinDistance::NONE);

@@ -2,12 +2,12 @@
 //!
 //! # Grip
 //!
-//! Closed jaws hold each sphere between them by a spring of its own (XPBD). `bite` computes three
-//! things: the resistance of the tissue, as a neo-Hookean slab between two plates, `A G (1/λ² −
-//! λ)`; the friction of the slab on the jaws; and the stiffness of the tissue behind the slab, as a
-//! half-space under a disc as wide as the bite. If the pull exceeds the friction, the tissue slides
-//! through the jaws. The tissue between the jaws keeps them open. A handle that opens and shuts
-//! renders the squeeze; a handle with a button does not.
+//! Closed jaws hold each sphere between them by a separate spring (XPBD). `bite` computes three
+//! things: the resistance of the tissue, as a neo-Hookean slab between two plates,
+//! `A G (1/λ² − λ)`; the friction of the slab on the jaws; and the stiffness of the tissue behind
+//! the slab, as a half-space under a disc as wide as the bite. If the pull exceeds the friction,
+//! the tissue slides through the jaws. The tissue between the jaws keeps them open. A handle that
+//! opens and shuts renders the squeeze; a handle with a button does not.
 //!
 //! # Scissors
 //!

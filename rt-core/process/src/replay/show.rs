@@ -160,7 +160,7 @@ pub fn show<I: Iterator<Item = InputRecord>>(
     Ok(())
 }
 
-/// State of a show on its station.
+/// A running show: its controller end, its place in the session, and the commands that it received.
 struct Stage {
     controller: Controller,
     scene_id: [u8; 16],

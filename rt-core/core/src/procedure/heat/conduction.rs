@@ -10,8 +10,9 @@ use crate::scene::{Attachment, Link, Scene};
 use crate::tissue::Bodies;
 use crate::words::SphereBits;
 
-/// Share of the difference between two spheres that may flow in a step, divided by the number of
-/// their links. Below 1, no sphere becomes warmer than its warmest neighbour.
+/// Largest energy that flows between two spheres in a step per kelvin of their difference, as a
+/// share of the smaller heat capacity per link of both. Below 1, no sphere becomes warmer than its
+/// warmest neighbour.
 const FLOW_MAX: f32 = 0.5;
 
 impl Heat {
