@@ -206,7 +206,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bundles_name_the_setting_that_mends_them() {
+    fn notice_of_bundles_names_the_setting_that_removes_them() {
         let path = Path::new("/dev/null");
         let text = sentence("device_bundles", Some(path), 16).unwrap();
         assert!(text.contains("bundles of 16 ms"), "{text}");

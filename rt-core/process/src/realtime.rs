@@ -353,7 +353,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn realtime_needs_all_three() {
+    fn realtime_needs_fifo_locked_memory_and_a_pinned_core() {
         let mut standing = Standing::default();
         standing.note(TimingBatch::FIFO, Ok(()));
         standing.note(TimingBatch::LOCKED, Ok(()));
@@ -378,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn a_core_that_does_not_exist_is_refused_in_words() {
+    fn missing_core_is_refused_with_the_remedy() {
         let why = std::thread::spawn(|| pin_to(&[1023])).join().unwrap();
         assert!(why.unwrap_err().to_string().contains("--core"));
     }

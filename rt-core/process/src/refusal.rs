@@ -479,7 +479,7 @@ mod tests {
     }
 
     #[test]
-    fn a_refused_deadline_is_explained_by_what_refused_it() {
+    fn refused_deadline_scheduler_is_explained_by_the_rule_that_refused() {
         let deadline = || Call::Deadline;
         let perm = Errno::PERM;
         let words = ["takes CAP_SYS_NICE", "no limit of the user", "setcap"];

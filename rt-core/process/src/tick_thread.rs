@@ -392,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn the_oscilloscope_sees_each_tick_as_long_as_it_takes() {
+    fn scope_line_is_high_for_the_duration_of_each_tick() {
         let outcome = simulate(100, |poll| {
             advance_simulated(if poll == 3 { 400_000 } else { 70_000 });
         });
@@ -412,7 +412,7 @@ mod tests {
     }
 
     #[test]
-    fn the_oscilloscope_sees_when_the_force_has_left() {
+    fn scope_line_falls_when_the_force_has_left() {
         let (none, step) = (Standing::default(), |_| advance_simulated(70_000));
         let prepare = || simulate_from(1_000_000_000);
         let outcome = run_marked(100, none, Mark::Force, prepare, step);

@@ -127,7 +127,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn a_remark_comes_back_and_a_long_one_is_cut_between_letters() {
+    fn remark_is_kept_and_long_remark_is_cut_between_letters() {
         let text = |it: &str| ActMsg::remark(it).and_then(|act| act.text().map(str::to_owned));
         assert_eq!(text(" Go nearer.\n").as_deref(), Some("Go nearer."));
         assert_eq!(text(" \t"), None);

@@ -120,7 +120,7 @@ mod tests {
     use crate::words::ActKind;
 
     #[test]
-    fn an_act_is_answered_by_the_only_desk_and_not_without_one() {
+    fn act_is_answered_by_the_only_desk_and_times_out_without_a_desk() {
         let name = format!("u{}-acts", std::process::id());
         let station = Station::new(&name).expect("a name");
         let act = ActMsg::of(ActKind::Fog);

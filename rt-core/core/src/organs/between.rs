@@ -500,7 +500,7 @@ mod tests {
     }
 
     #[test]
-    fn organs_that_overlap_at_rest_stay_as_they_are() {
+    fn organs_that_overlap_at_rest_do_not_move() {
         let organs = [free(0, 1, 1), free(1, 1, 1)];
         let mut two = Two::new(&organs, 0.05, [0.0, 0.0]);
         two.spheres = std::vec![at(0.0), at(0.012)];

@@ -379,7 +379,7 @@ mod tests {
     }
 
     #[test]
-    fn an_organ_that_falls_is_reported_once_and_one_that_comes_back_is_not() {
+    fn falling_organ_is_reported_once_and_returning_organ_is_not() {
         let fall = |_: &mut Unrest, tick: u32| {
             let s = tick as f32 * 0.001;
             (moved((4.9 * s * s).min(10.0)), 9.8 * s)
@@ -395,7 +395,7 @@ mod tests {
     }
 
     #[test]
-    fn a_freed_organ_and_one_that_a_tool_moves_may_leave() {
+    fn freed_organ_and_organ_moved_by_a_tool_may_leave_their_places() {
         let mut freed = at_rest();
         freed.mark_freed(0);
         assert_eq!(run(&mut freed, 9_000, |_, _| (moved(5.0), 0.5)), []);

@@ -71,7 +71,7 @@ fn a_shaft_breaks_away_slides_and_jumps_when_it_reverses() {
 }
 
 #[test]
-fn a_slow_shaft_rubs_more_than_a_fast_one_and_a_rest_restores_the_jump() {
+fn slow_shaft_has_more_friction_than_fast_shaft_and_a_rest_restores_breakaway() {
     let last = |speed_m_s: f32| {
         let mut law = TrocarLaw::new(&SEAL, TOUCH_N_M);
         let all = push(&mut law, stroke(0.0, 0.03, speed_m_s));

@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn shares_sum_to_the_power_and_cutting_divides_more_than_it_dries() {
+    fn dose_sums_to_the_power_and_cutting_divides_more_than_it_desiccates() {
         let dose = |cut| {
             let electrode = electrode_of(&hook(Instrument::Hook, cut, !cut));
             electrode.and_then(|it| it.dose(2.0e-6)).expect("current")
