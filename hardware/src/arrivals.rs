@@ -66,8 +66,8 @@ impl Pattern {
                 "samples wait up to {FTDI_MS} ms in an FTDI adapter's timer; as root: echo 1 > {timer}"
             ),
             Self::Batches { tenths, every_us } => format!(
-                "samples come in batches of {:.1} every {:.1} ms; an FTDI adapter: as root, echo 1 > \
-                 {timer}; else let the device send each sample at once (flush after each frame)",
+                "samples come in batches of {:.1} every {:.1} ms; with an FTDI adapter, as root: echo 1 > \
+                 {timer}; otherwise let the device send each sample at once (flush after each frame)",
                 tenths as f64 / 10.0,
                 every_us as f64 / 1e3
             ),

@@ -42,12 +42,12 @@ impl EndReason {
                 "no valid sample came for a second. Test it with `calot devices conformance`".into()
             }
             Self::Fault(fault) => format!(
-                "the device is at fault ({}). Test it with `calot devices conformance`",
+                "the driver or the device found a fault ({}). Test the device with `calot devices conformance`",
                 fault.name()
             ),
             Self::MovedTooFar => format!(
-                "the handle ran off by {:.0} mm under a small force, which was ended. Hold it loosely; \
-                 if it runs off again, the force grows with the motion",
+                "the handle ran off by {:.0} mm under a small force, and the test ended the force. Hold the \
+                 handle loosely; if it runs off again, the force grows with the motion",
                 TRAVEL_MAX_M * 1e3
             ),
         }

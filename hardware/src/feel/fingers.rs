@@ -78,7 +78,7 @@ fn end(bench: &mut Bench<'_>, step: &Step) -> Result<Option<f32>, EndReason> {
 /// are good, and words for the report.
 fn judge_ends(shut: Option<f32>, open: Option<f32>) -> (bool, String) {
     let (Some(shut), Some(open)) = (shut, open) else {
-        let words = "the device declares an opening and its samples have none";
+        let words = "the device declares an opening, but its samples have none";
         return (false, words.to_owned());
     };
     let measured = format!("the device reports {shut:.2} when shut and {open:.2} when wide open");

@@ -81,7 +81,7 @@ pub(super) fn test(
     );
     if answer_m.abs() < ANSWER_MIN_M {
         let why = format!(
-            "{words}: too little. Hold it more loosely and test again. If it still does not move, \
+            "{words}: too little. Hold the handle more loosely and test again. If it still does not move, \
              its friction exceeds the force"
         );
         report.mark_not_judged("response", &why);

@@ -102,7 +102,7 @@ impl LibraryAccess {
                 Err(HardwareError::Line {
                     path,
                     doing: "opening the vendor's library",
-                    what: "Calot's driver broke off; please report this".to_owned(),
+                    what: "Calot's driver panicked; please report this".to_owned(),
                 })
             }
         }
