@@ -17,8 +17,9 @@ const CHIRP_S: f64 = 2.0;
 const FADE_S: f64 = 0.2;
 /// Largest speed that an experiment aims at, m/s: half of the speed that ends the experiment.
 const SPEED_M_S: f64 = 0.25;
-/// Speeds between which a force along the movement fades to zero, m/s. Without this limit, a chirp
-/// would be up to twice as fast at its start, or with less friction than expected.
+/// Speeds between which a force along the movement fades to zero, m/s. Without this limit, the
+/// handle would move up to twice as fast at the start of a chirp, or if friction is less than
+/// expected.
 const GOVERNED_M_S: [f64; 2] = [0.25, 0.4];
 /// Largest amplitude of movement that a chirp aims at, as a share of the region. The region is the
 /// radius in which experiments take place.

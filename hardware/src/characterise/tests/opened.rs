@@ -123,7 +123,7 @@ fn an_opening_that_cannot_be_measured_gives_a_reason_and_does_not_affect_the_res
 }
 
 #[test]
-fn a_handle_without_an_opening_gets_none() {
+fn a_device_without_an_opening_gets_no_opening_result() {
     let of = SimulatedBody::free(HapticModel::TouchRig);
     let (mut device, mut clock) = simulated(HapticModel::TouchRig, of, nobody());
     let records = measure(device.as_mut(), &mut clock, &ALONE, &mut |_| {}).unwrap();

@@ -111,7 +111,7 @@ fn a_wall_that_nobody_presses_gets_no_result() {
 }
 
 #[test]
-fn a_fast_hand_ends_it() {
+fn a_fast_hand_ends_the_search() {
     let throws: HandLaw = Box::new(|at_s| Vec3::y() * (0.008 + 4.0 * (at_s - 0.5).max(0.0) as f32));
     let halt = pressed(Body::TOUCH, throws).unwrap_err();
     assert!(matches!(halt, Halt::Fast { .. }), "{halt}");
@@ -120,7 +120,7 @@ fn a_fast_hand_ends_it() {
 }
 
 #[test]
-fn a_hand_that_leaves_the_middle_ends_it() {
+fn a_hand_that_leaves_the_middle_ends_the_search() {
     let leaves: HandLaw = Box::new(|at_s| Vec3::y() * (0.008 + 0.1 * at_s as f32).min(0.09));
     let halt = pressed(Body::TOUCH, leaves).unwrap_err();
     assert!(matches!(halt, Halt::Outside { .. }), "{halt}");
