@@ -1,6 +1,6 @@
 //! The square that `calot photon` watches. The number of the tick that a picture shows makes the
 //! square bright or dark; the place of the handle can do so instead. A light sensor on the square
-//! then tells at which time a tick, or a motion, was seen.
+//! then measures at which time a tick, or a motion, became visible.
 
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -77,7 +77,7 @@ pub struct Surface {
     pub size: [u32; 2],
     /// True if the window covers the screen.
     pub full_screen: bool,
-    /// Refresh rate of the screen, Hz; `None` if the window system does not tell.
+    /// Refresh rate of the screen, Hz; `None` if the window system does not report it.
     pub refresh_hz: Option<f64>,
     /// Rule by which the driver takes pictures.
     pub present_mode: String,
@@ -126,7 +126,7 @@ impl Patch {
         }
     }
 
-    /// Places the square, and says what changes it.
+    /// Sets the square's place, and the cause that changes the square.
     pub fn set(&self, place: Place, by: By) {
         let [to_by, to_place] = &self.setting;
         to_by.store(by as u8, Ordering::Relaxed);
@@ -237,7 +237,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_square_changes_with_every_so_many_ticks() {
+    fn the_square_changes_after_its_number_of_ticks() {
         let patch = Patch::new(true, 499);
         let bright = |tick| patch.is_bright(By::Tick, tick, [0.0; 3]);
         let changes: Vec<u64> = (1..2000).filter(|&n| bright(n) != bright(n - 1)).collect();
@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn only_pictures_that_change_the_square_are_told_with_their_screen() {
+    fn only_pictures_that_change_the_square_are_reported_with_their_screen() {
         let patch = Patch::new(true, 499);
         let surface = || Surface {
             size: [640, 480],

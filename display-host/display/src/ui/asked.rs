@@ -61,8 +61,8 @@ pub enum Asked {
 }
 
 impl Asked {
-    /// True if the request commands the controller. An instructor's display may not do so, because
-    /// the station decides on an instructor's acts.
+    /// True if the request commands the controller. An instructor's display may not command it,
+    /// because the station decides on an instructor's acts.
     #[must_use]
     pub const fn reaches_in(self) -> bool {
         match self {

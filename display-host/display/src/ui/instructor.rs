@@ -155,7 +155,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_bulletin_comes_back_as_it_was_and_garbage_is_none() {
+    fn a_bulletin_is_read_as_written_and_garbage_is_none() {
         let bulletin = Bulletin {
             task: TaskView {
                 task: "clamp".into(),

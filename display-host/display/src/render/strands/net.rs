@@ -426,7 +426,7 @@ mod tests {
     }
 
     #[test]
-    fn fibres_stand_where_a_cell_beside_is_gone_and_go_with_their_own() {
+    fn fibres_grow_beside_a_removed_cell_and_vanish_with_their_own_cell() {
         let none = Anchors::default();
         let dense = |gone: &[u16]| upright(&grown(gone, Weave::Dense, &none));
         assert!(dense(&[]).is_empty());
@@ -445,7 +445,7 @@ mod tests {
     }
 
     #[test]
-    fn the_whole_column_beside_gone_they_go_on_and_meet_between_cells() {
+    fn fibres_beside_a_removed_column_go_on_and_meet_between_cells() {
         let both = upright(&grown(&[1, 3], Weave::Dense, &Anchors::default()));
         assert_eq!(both.len() % 2, 0);
         let (lower, upper) = both.split_at(both.len() / 2);

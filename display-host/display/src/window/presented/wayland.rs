@@ -1,8 +1,8 @@
 //! Asks the Wayland compositor when it presents the window's pictures (`wp_presentation`).
 //!
-//! A request that comes before the driver hands a picture over concerns this picture. The events
-//! have a queue of their own. winit and the driver read the connection; here only what they have
-//! read is taken. Each event carries its time, so it may be taken late.
+//! A request concerns the picture that the driver hands over next. The events have a queue of their
+//! own. winit and the driver read the connection, and this module takes only the events that they
+//! have read. Each event carries its time, so it may be taken late.
 
 use std::collections::VecDeque;
 
@@ -26,9 +26,9 @@ pub(super) struct Compositor<T> {
     queue: EventQueue<Told>,
     told: Told,
     clock: ClockId,
-    /// Number of the last picture about which was asked.
+    /// Number of the last picture for which a report was requested.
     asked: u64,
-    /// Pictures of which nothing was told yet, with their numbers.
+    /// Pictures that were not reported yet, with their numbers.
     waiting: VecDeque<(u64, T)>,
     window: Objects,
 }
@@ -38,7 +38,7 @@ pub(super) struct Compositor<T> {
 struct Told {
     /// Number of the clock of all times.
     clock: Option<u32>,
-    /// Numbers of pictures and what became of them.
+    /// Numbers of pictures, and their ends.
     ends: Vec<(u64, End)>,
 }
 
@@ -56,7 +56,7 @@ enum End {
 }
 
 impl<T> Compositor<T> {
-    /// Asks the compositor of a window.
+    /// Connects to the compositor of a window.
     pub(super) fn of(window: Objects) -> Result<Self, Missing> {
         let refused = |error: &dyn std::fmt::Display| Missing::Refused(error.to_string());
         let begun = registry_queue_init::<Told>(&window.connection);
@@ -79,23 +79,23 @@ impl<T> Compositor<T> {
         })
     }
 
-    /// Asks about the picture that is handed over next.
+    /// Requests a report about the picture that is handed over next.
     pub(super) fn ask(&mut self) {
         self.asked += 1;
         let (surface, handle) = (&self.window.surface, self.queue.handle());
         self.presentation.feedback(surface, &handle, self.asked);
     }
 
-    /// Notes that the picture was handed over about which was asked last.
+    /// Notes that the picture of the last request was handed over.
     pub(super) fn hand(&mut self, picture: T) {
-        // Nothing is told of a window's pictures while nobody sees it.
+        // The compositor reports nothing about the pictures of a hidden window.
         if self.waiting.len() == WAITING_MAX {
             self.waiting.pop_front();
         }
         self.waiting.push_back((self.asked, picture));
     }
 
-    /// Calls `each` for each picture of which the compositor told since the last call.
+    /// Calls `each` for each picture that the compositor reported since the last call.
     pub(super) fn take(
         &mut self,
         handed_ns: impl Fn(&T) -> u64,
@@ -135,7 +135,8 @@ fn presented(end: End, clock: ClockId) -> Presented {
     }
 }
 
-/// The clock of this number, if it is one that runs on while nobody reads it.
+/// The clock of this number, if it measures the time of day or the time since the start of the
+/// computer. `None` for any other, such as a clock of CPU time.
 fn named(number: u32) -> Option<ClockId> {
     let known = [
         ClockId::Realtime,
@@ -148,9 +149,9 @@ fn named(number: u32) -> Option<ClockId> {
     known.into_iter().find(|&clock| clock as u32 == number)
 }
 
-/// A time of this clock, just past, on `CLOCK_MONOTONIC`, ns.
+/// Converts a recent time of this clock to `CLOCK_MONOTONIC`, ns.
 fn monotonic_ns(clock: ClockId, at_ns: u64) -> u64 {
-    // A coarse clock is the same clock, as it was at the last interrupt of the timer.
+    // A coarse clock has the time of its clock at the last timer interrupt.
     if matches!(clock, ClockId::Monotonic | ClockId::MonotonicCoarse) {
         return at_ns;
     }
@@ -162,7 +163,7 @@ fn monotonic_ns(clock: ClockId, at_ns: u64) -> u64 {
     let theirs = clock_gettime(read);
     let now_ns = before_ns.midpoint(now_ns());
     let theirs_ns = theirs.tv_sec as u64 * 1_000_000_000 + theirs.tv_nsec as u64;
-    // The sum of a wrapped difference is exact.
+    // The difference may wrap below zero; the sum wraps back.
     now_ns.wrapping_add(at_ns.wrapping_sub(theirs_ns))
 }
 
@@ -208,7 +209,7 @@ impl Dispatch<WpPresentationFeedback, u64> for Told {
     }
 }
 
-/// The end of a picture's way that an event tells.
+/// The end of a picture's way that an event reports.
 fn end(event: &wp_presentation_feedback::Event) -> Option<End> {
     use wp_presentation_feedback::Event;
     match *event {
@@ -260,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn an_event_tells_time_way_rate_and_whose_clock() {
+    fn an_event_has_time_way_refresh_time_and_clock() {
         let shown = |at_ns, way, refresh_ns, by_hardware| {
             let screen = ScreenTime {
                 refresh_ns,
