@@ -103,15 +103,15 @@ impl Recorded {
         let file = self.file.display();
         if let Some(why) = &self.problem {
             return Some(format!(
-                "the recording {file} ends early ({why}); what is in it can be replayed. Make room, or record \
-                 elsewhere with --record"
+                "the recording {file} ends early ({why}); the recorded part can be replayed. Make room, or \
+                 record elsewhere with --record"
             ));
         }
         let ticks = (self.missing > 0)
             .then(|| format!("{} ticks; a replay ends at the first of them", self.missing));
         let events = (self.missing_events > 0).then(|| {
             format!(
-                "{} events, which no assessment of it includes",
+                "{} events, which no assessment of the recording includes",
                 self.missing_events
             )
         });
@@ -131,7 +131,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_disk_that_says_nothing_hangs_and_one_that_refuses_refuses() {
+    fn a_silent_disk_hangs_unless_it_has_refused_the_data() {
         let told = Instant::now();
         let health = |standing| Health {
             standing,

@@ -45,7 +45,7 @@ fn config(path: PathBuf) -> Config {
 }
 
 #[test]
-fn events_that_a_full_queue_loses_are_counted_and_told() {
+fn events_that_a_full_queue_loses_are_counted_and_reported() {
     let overflowed = Arc::new(AtomicU64::new(0));
     let (queue, items) = queue(overflowed.clone());
     for sequence in 0..QUEUE as u64 + 3 {
