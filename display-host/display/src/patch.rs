@@ -94,12 +94,12 @@ pub struct Patch {
     every_ticks: u64,
     /// Numbers of `By` and `Place`.
     setting: [AtomicU8; 2],
-    told: Mutex<Told>,
+    findings: Mutex<Findings>,
 }
 
 /// Findings of the window.
 #[derive(Debug, Default)]
-struct Told {
+struct Findings {
     last: Option<bool>,
     changed: Vec<Changed>,
     arrived_last: Option<bool>,
@@ -122,7 +122,7 @@ impl Patch {
             full_screen,
             every_ticks: every_ticks.max(1),
             setting: Default::default(),
-            told: Mutex::default(),
+            findings: Mutex::default(),
         }
     }
 
@@ -148,17 +148,17 @@ impl Patch {
 
     /// The changes since the last call.
     pub fn take_changed(&self) -> Vec<Changed> {
-        std::mem::take(&mut self.told().changed)
+        std::mem::take(&mut self.findings().changed)
     }
 
     /// The changes that came to the screen since the last call.
     pub fn take_arrived(&self) -> Vec<Arrived> {
-        std::mem::take(&mut self.told().arrived)
+        std::mem::take(&mut self.findings().arrived)
     }
 
     /// Screen and driver, once the window is open.
     pub fn surface(&self) -> Option<Surface> {
-        self.told().surface.clone()
+        self.findings().surface.clone()
     }
 
     /// The square as it belongs to a picture of these tools.
@@ -177,13 +177,13 @@ impl Patch {
 
     /// Notes that the picture with this square was handed to the screen.
     pub(crate) fn handed(&self, lit: Lit, handed_ns: u64, surface: impl FnOnce() -> Surface) {
-        let mut told = self.told();
-        if told.last.replace(lit.bright) != Some(lit.bright) {
-            told.changed.push(Changed {
+        let mut findings = self.findings();
+        if findings.last.replace(lit.bright) != Some(lit.bright) {
+            findings.changed.push(Changed {
                 bright: lit.bright,
                 handed_ns,
             });
-            told.surface = Some(surface());
+            findings.surface = Some(surface());
         }
     }
 
@@ -192,9 +192,9 @@ impl Patch {
         if presented.way == Way::Skip {
             return;
         }
-        let mut told = self.told();
-        if told.arrived_last.replace(lit.bright) != Some(lit.bright) {
-            told.arrived.push(Arrived {
+        let mut findings = self.findings();
+        if findings.arrived_last.replace(lit.bright) != Some(lit.bright) {
+            findings.arrived.push(Arrived {
                 bright: lit.bright,
                 handed_ns,
                 at_ns: presented.at_ns,
@@ -202,8 +202,8 @@ impl Patch {
         }
     }
 
-    fn told(&self) -> MutexGuard<'_, Told> {
-        self.told.lock().unwrap_or_else(PoisonError::into_inner)
+    fn findings(&self) -> MutexGuard<'_, Findings> {
+        self.findings.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -308,8 +308,8 @@ mod tests {
             );
         }
         let arrived = patch.take_arrived();
-        let told: Vec<_> = arrived.iter().map(|it| (it.bright, it.at_ns)).collect();
-        assert_eq!(told, [(false, 8_000_000), (true, 508_000_000)]);
+        let findings: Vec<_> = arrived.iter().map(|it| (it.bright, it.at_ns)).collect();
+        assert_eq!(findings, [(false, 8_000_000), (true, 508_000_000)]);
         assert_eq!(arrived[1].handed_ns, 501_000_000);
         assert!(patch.take_arrived().is_empty());
     }

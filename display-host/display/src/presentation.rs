@@ -245,7 +245,7 @@ impl<T> Order<T> {
 
     /// The picture with this serial number, which the window system reports now. Earlier pictures
     /// are forgotten.
-    pub(crate) fn told(&mut self, serial: u32) -> Option<T> {
+    pub(crate) fn take_reported(&mut self, serial: u32) -> Option<T> {
         let exact = self.waiting.iter().position(|it| it.1 == serial);
         let left_out = match self.last {
             _ if exact.is_some() => exact.unwrap_or_default() as u32,
@@ -297,15 +297,20 @@ mod tests {
             order.hand(picture);
         }
         // The third picture was never reported.
-        let told: Vec<_> = [1, 2, 4, 5].map(|serial| order.told(serial)).into();
-        assert_eq!(told, [Some('a'), Some('b'), Some('d'), Some('e')]);
+        let reported: Vec<_> = [1, 2, 4, 5]
+            .map(|serial| order.take_reported(serial))
+            .into();
+        assert_eq!(reported, [Some('a'), Some('b'), Some('d'), Some('e')]);
         // The window was resized: the driver counts anew, and 'f' is never reported.
         order.renew();
         for picture in 'x'..='z' {
             order.hand(picture);
         }
-        assert_eq!([1, 2].map(|it| order.told(it)), [Some('x'), Some('y')]);
-        assert_eq!([3, 4].map(|it| order.told(it)), [Some('z'), None]);
+        assert_eq!(
+            [1, 2].map(|it| order.take_reported(it)),
+            [Some('x'), Some('y')]
+        );
+        assert_eq!([3, 4].map(|it| order.take_reported(it)), [Some('z'), None]);
     }
 
     #[test]
@@ -314,12 +319,15 @@ mod tests {
         for picture in ['a', 'b', 'c'] {
             order.hand(picture);
         }
-        assert_eq!(order.told(1), Some('a'));
+        assert_eq!(order.take_reported(1), Some('a'));
         // 'b' and 'c' are never reported.
         order.renew();
         order.hand('x');
         order.hand('y');
-        assert_eq!([1, 2].map(|it| order.told(it)), [Some('x'), Some('y')]);
+        assert_eq!(
+            [1, 2].map(|it| order.take_reported(it)),
+            [Some('x'), Some('y')]
+        );
     }
 
     #[test]
@@ -328,8 +336,8 @@ mod tests {
         for picture in 'a'..='e' {
             order.hand(picture);
         }
-        let told = [700, 701, 703].map(|serial| order.told(serial));
-        assert_eq!(told, [Some('a'), Some('b'), Some('d')]);
+        let reported = [700, 701, 703].map(|serial| order.take_reported(serial));
+        assert_eq!(reported, [Some('a'), Some('b'), Some('d')]);
     }
 
     #[test]
@@ -343,7 +351,7 @@ mod tests {
 
     #[test]
     fn motion_is_measured_only_for_shown_pictures_of_the_newest_state() {
-        let mut told = Presentation {
+        let mut presentation = Presentation {
             source: Some(Source::X11Present),
             ..Presentation::default()
         };
@@ -352,27 +360,30 @@ mod tests {
             way,
             screen: None,
         };
-        told.note(Some(&frame(1_000_000, true)), at(21_000_000, Way::Flip));
-        told.note(Some(&frame(1_000_000, false)), at(99_000_000, Way::Copy));
-        told.note(Some(&frame(1_000_000, true)), at(99_000_000, Way::Skip));
-        told.note(None, at(99_000_000, Way::Copy));
-        assert_eq!((told.flips, told.copies, told.skips), (1, 2, 1));
-        let motion = told.motion.quantiles();
+        presentation.note(Some(&frame(1_000_000, true)), at(21_000_000, Way::Flip));
+        presentation.note(Some(&frame(1_000_000, false)), at(99_000_000, Way::Copy));
+        presentation.note(Some(&frame(1_000_000, true)), at(99_000_000, Way::Skip));
+        presentation.note(None, at(99_000_000, Way::Copy));
+        assert_eq!(
+            (presentation.flips, presentation.copies, presentation.skips),
+            (1, 2, 1)
+        );
+        let motion = presentation.motion.quantiles();
         assert!(motion.count == 1 && motion.max.abs_diff(20_000_000) < 100_000);
-        assert_eq!(told.missing(), None);
-        let summary = told.summary();
+        assert_eq!(presentation.missing(), None);
+        let summary = presentation.summary();
         assert_eq!((summary.source, summary.copies), (Some("x11_present"), 2));
         assert_eq!((summary.missing, summary.by_hardware), (None, None));
         // Then the server ended.
-        told.refused = Some(Missing::Refused("gone".into()));
-        let summary = told.summary();
+        presentation.refused = Some(Missing::Refused("gone".into()));
+        let summary = presentation.summary();
         assert_eq!(summary.source, Some("x11_present"));
         assert!(summary.missing.is_some_and(|it| it.contains("gone")));
     }
 
     #[test]
     fn a_compositors_refresh_time_and_clock_are_kept() {
-        let mut told = Presentation {
+        let mut presentation = Presentation {
             source: Some(Source::WpPresentation),
             ..Presentation::default()
         };
@@ -384,9 +395,9 @@ mod tests {
                 by_hardware,
             }),
         };
-        told.note(None, screen(Some(16_666_666), true));
-        told.note(None, screen(None, false));
-        let summary = told.summary();
+        presentation.note(None, screen(Some(16_666_666), true));
+        presentation.note(None, screen(None, false));
+        let summary = presentation.summary();
         assert_eq!(summary.source, Some("wp_presentation"));
         assert_eq!((summary.flips, summary.by_hardware), (2, Some(1)));
         assert_eq!(summary.refresh_ns, Some(16_666_666));
@@ -394,20 +405,20 @@ mod tests {
 
     #[test]
     fn each_reason_says_what_is_missing() {
-        let mut told = Presentation::default();
-        assert_eq!(told.missing(), Some(Missing::NoWindow));
-        told.handed = 3;
-        assert_eq!(told.missing(), Some(Missing::Driver));
-        told.source = Some(Source::WpPresentation);
-        assert_eq!(told.missing(), Some(Missing::Compositor));
-        assert_eq!(told.summary().source, None);
+        let mut presentation = Presentation::default();
+        assert_eq!(presentation.missing(), Some(Missing::NoWindow));
+        presentation.handed = 3;
+        assert_eq!(presentation.missing(), Some(Missing::Driver));
+        presentation.source = Some(Source::WpPresentation);
+        assert_eq!(presentation.missing(), Some(Missing::Compositor));
+        assert_eq!(presentation.summary().source, None);
         let said = |missing: Missing, words: &str| {
-            let told = Presentation {
+            let presentation = Presentation {
                 refused: Some(missing),
                 handed: 3,
                 ..Presentation::default()
             };
-            let text = told.missing().map(|it| it.to_string());
+            let text = presentation.missing().map(|it| it.to_string());
             assert!(text.is_some_and(|it| it.contains(words)), "{words}");
         };
         said(Missing::NoWindow, "no window was opened");

@@ -21,16 +21,16 @@ pub struct Health {
     /// Events that happened and are not recorded.
     pub missing_events: u64,
     /// Time of the writing thread's last report. `None`: silence does not count as hanging.
-    pub told: Option<Instant>,
+    pub reported: Option<Instant>,
 }
 
 impl Health {
     /// State at `now`. If the writing thread was silent for too long, the disk counts as hanging.
     #[must_use]
     pub fn at(mut self, now: Instant) -> Self {
-        let silent = self
-            .told
-            .map_or(Duration::ZERO, |told| now.saturating_duration_since(told));
+        let silent = self.reported.map_or(Duration::ZERO, |reported| {
+            now.saturating_duration_since(reported)
+        });
         if silent > SILENT_MAX && self.standing == Standing::Recording {
             self.standing = Standing::Hanging;
         }
@@ -132,15 +132,15 @@ mod tests {
 
     #[test]
     fn a_silent_disk_hangs_unless_it_has_refused_the_data() {
-        let told = Instant::now();
+        let reported = Instant::now();
         let health = |standing| Health {
             standing,
-            told: Some(told),
+            reported: Some(reported),
             ..Health::default()
         };
-        let later = told + SILENT_MAX * 2;
+        let later = reported + SILENT_MAX * 2;
         let recording = health(Standing::Recording);
-        assert_eq!(recording.at(told).standing, Standing::Recording);
+        assert_eq!(recording.at(reported).standing, Standing::Recording);
         assert_eq!(recording.at(later).standing, Standing::Hanging);
         assert_eq!(
             health(Standing::Refused).at(later).standing,

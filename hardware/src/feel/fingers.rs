@@ -49,9 +49,9 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Res
     }
     let mut judged = Vec::new();
     for (way, name) in order {
-        bench.until_still(&Step::HoldFingers)?;
+        bench.until_done_without_force(&Step::HoldFingers)?;
         bench.guide().tell(&Step::PushFingers { force_n });
-        bench.squeezed(PUSH_MS, |ms| way.sign() * force_n * force_share(ms))?;
+        bench.push_fingers(PUSH_MS, |ms| way.sign() * force_n * force_share(ms))?;
         let answer = bench.squeezed_which_way()?;
         judged.push((name, judge_push(way, force_n, answer)));
     }

@@ -43,7 +43,7 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Res
         bench.until_done(&Step::Hold, Vec3::zeros(), |_| {})?;
         bench.guide().tell(&Step::Push { force_n });
         let full_n = direction.vector() * force_n;
-        bench.pushed(PUSH_MS, |ms| full_n * force_share(ms), |_, _| {})?;
+        bench.push(PUSH_MS, |ms| full_n * force_share(ms), |_, _| {})?;
         let answer = bench.pushed_which_way()?;
         judged.push((name, judge(direction, force_n, answer)));
     }
@@ -79,7 +79,7 @@ pub(super) fn test_hard(
     bench.until_done(&Step::HoldFirmly, Vec3::zeros(), |_| {})?;
     bench.guide().tell(&Step::Push { force_n });
     let full_n = direction.vector() * force_n;
-    bench.pushed(PUSH_MS, |ms| full_n * force_share(ms), |_, _| {})?;
+    bench.push(PUSH_MS, |ms| full_n * force_share(ms), |_, _| {})?;
     let answer = bench.pushed_which_way()?;
     let (good, words) = judge(direction, force_n, answer);
     let untested = format!("{words}; forces from {force_n:.1} to {most_n:.1} N were not tested");
@@ -151,9 +151,9 @@ pub(super) fn test_scale(bench: &mut Bench<'_>, report: &mut Report) -> Result<(
     bench.until_done(&Step::Scale, Vec3::zeros(), |_| {})?;
     let force_n = bench.permitted_n(PRESS_N);
     let down_n = Direction::Down.vector() * force_n;
-    bench.pushed(RISE_MS, |ms| down_n * force_share(ms), |_, _| {})?;
+    bench.push(RISE_MS, |ms| down_n * force_share(ms), |_, _| {})?;
     bench.until_done(&Step::Press { force_n }, down_n, |_| {})?;
-    bench.pushed(
+    bench.push(
         RISE_MS,
         |ms| down_n * force_share(ms + RISE_MS + STAY_MS),
         |_, _| {},

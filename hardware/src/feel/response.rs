@@ -67,7 +67,7 @@ pub(super) fn test(
     let force_n = bench.permitted_n(FORCE_N);
     let all_ms = STEPS * STEP_MS + SINE_MS + CHIRP_MS;
     let command = |ms: u32| Vec3::x() * (force_n * force_share(ms));
-    bench.pushed(all_ms, command, |ms, seen| {
+    bench.push(all_ms, command, |ms, seen| {
         points.push(Point {
             at_s: ms as f32 * 1e-3,
             force_n: command(ms).x,

@@ -35,8 +35,8 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report) -> Result<(), End
     bench.guide().tell(&Step::PushAndFallSilent { force_n });
     let full_n = Direction::Up.vector() * force_n;
     let force_share = |ms: u32| (ms as f32 / RISE_MS as f32).min(1.0);
-    bench.pushed(RISE_MS + STAY_MS, |ms| full_n * force_share(ms), |_, _| {})?;
-    match bench.left(SILENT_MS.max(u32::from(watchdog_ms)))? {
+    bench.push(RISE_MS + STAY_MS, |ms| full_n * force_share(ms), |_, _| {})?;
+    match bench.stay_silent(SILENT_MS.max(u32::from(watchdog_ms)))? {
         None => report.mark_not_judged(NAME, "nobody said whether the push had ended"),
         Some(answer) => {
             let (good, words) = judge(force_n, answer);

@@ -140,7 +140,7 @@ mod tests {
         let mut electrodes = Electrodes::default();
         assert_eq!(electrodes.update([false, true]), [false, true]);
         assert!(electrodes.release_all());
-        assert!(!electrodes.release_all(), "told once");
+        assert!(!electrodes.release_all(), "reported once");
         assert_eq!(
             electrodes.update([false, true]),
             [false, false],

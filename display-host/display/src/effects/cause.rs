@@ -74,7 +74,7 @@ pub struct Flow {
 
 impl Flow {
     /// Flow from an organ of this kind when it is fully open. The flow comes from the rules that
-    /// assess the operation, so that the picture and the metrics tell the same volume.
+    /// assess the operation, so that the picture and the metrics have the same volume.
     #[must_use]
     pub fn of_organ(rules: &Rules, organ: OrganKind) -> Self {
         let pulses = matches!(organ, OrganKind::CysticArtery | OrganKind::Vessel);

@@ -115,21 +115,21 @@ mod tests {
 
     #[test]
     fn a_mark_ends_by_itself_and_the_note_of_a_pause_ends_with_the_pause() {
-        let told = |now_s| ActsView::at(&acts(), now_s, ActsReader::Trainee);
-        assert_eq!(told(0.5), ActsView::default());
-        assert_eq!(told(5.0).mark, Some([0.1, 0.0, 0.0]));
-        assert_eq!(told(12.0).mark, None);
-        assert_eq!((told(19.0).fogs, told(21.0).fogs), (0, 1));
-        assert_eq!(told(95.0).notice, Some((ActKind::Pause, None)));
-        assert_eq!(told(115.0).notice, None);
+        let view_at = |now_s| ActsView::at(&acts(), now_s, ActsReader::Trainee);
+        assert_eq!(view_at(0.5), ActsView::default());
+        assert_eq!(view_at(5.0).mark, Some([0.1, 0.0, 0.0]));
+        assert_eq!(view_at(12.0).mark, None);
+        assert_eq!((view_at(19.0).fogs, view_at(21.0).fogs), (0, 1));
+        assert_eq!(view_at(95.0).notice, Some((ActKind::Pause, None)));
+        assert_eq!(view_at(115.0).notice, None);
     }
 
     #[test]
     fn a_replay_shows_the_note_of_a_pause_for_a_limited_time() {
-        let told = |now_s| ActsView::at(&acts(), now_s, ActsReader::Replay).notice;
-        assert_eq!(told(41.0), Some((ActKind::Pause, None)));
-        assert_eq!(told(49.0), None);
-        assert_eq!(told(101.0), Some((ActKind::Resume, None)));
+        let view_at = |now_s| ActsView::at(&acts(), now_s, ActsReader::Replay).notice;
+        assert_eq!(view_at(41.0), Some((ActKind::Pause, None)));
+        assert_eq!(view_at(49.0), None);
+        assert_eq!(view_at(101.0), Some((ActKind::Resume, None)));
     }
 
     #[test]

@@ -157,7 +157,7 @@ pub(super) fn keys(ui: &Ui, state: &UiState) -> Vec<Asked> {
             .filter(|&(key, _)| input.key_pressed(key))
             .map(|(_, asked)| asked)
             .filter(|asked| !(state.instructor && asked.reaches_in()))
-            // An exchange lets go of tissue, and in a pause nothing changes.
+            // An exchange would release tissue, and nothing may change in a pause.
             .filter(|asked| !(state.is_paused() && matches!(asked, Asked::Instrument(_))))
             .collect()
     })

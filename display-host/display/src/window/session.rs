@@ -66,7 +66,7 @@ pub(super) struct Session {
     sound: Option<Sound>,
     heard: Heard,
     task: Option<Arc<Mutex<TaskView>>>,
-    /// Acts of instructors, as the station or a replay tells them.
+    /// Acts of instructors, as the station or a replay reports them.
     acts: Option<Arc<Mutex<ActsView>>>,
     /// State of the note about an instructor's pause.
     pause_note: PauseNote,

@@ -122,7 +122,7 @@ fn the_end_does_not_wait_for_a_disk_that_hangs() {
         }),
         health: Arc::new(Mutex::new(Health {
             bytes: 7,
-            told: Some(Instant::now()),
+            reported: Some(Instant::now()),
             ..Health::default()
         })),
         file: "session.mcap".into(),

@@ -171,7 +171,7 @@ fn health_of(file: &SessionFile) -> Health {
         waiting: outbox.waits() as u64,
         missing: file.ticks.missing,
         missing_events: file.events.missing,
-        told: Some(Instant::now()),
+        reported: Some(Instant::now()),
     }
 }
 

@@ -173,9 +173,9 @@ pub(super) fn tools(at_ns: u64) -> ToolFrame {
 #[test]
 fn the_course_is_read_as_it_was_written() {
     let disk = Disk::with_room(usize::MAX);
-    let (told, entries) = std::sync::mpsc::channel();
+    let (sender, entries) = std::sync::mpsc::channel();
     let mut file = SessionFile::begin(Box::new(disk.clone()), &info(), &scene()).unwrap();
-    file.tell(told);
+    file.tell(sender);
     let assignment = Assignment {
         task: "cut".into(),
         difficulty: "exam".into(),
@@ -210,13 +210,13 @@ fn the_course_is_read_as_it_was_written() {
     file.event(&event).unwrap();
     file.finish().unwrap();
     drop(file);
-    let told: Vec<Entry> = entries.iter().collect();
+    let sent: Vec<Entry> = entries.iter().collect();
     let bytes = disk.bytes();
     let length = bytes.len() as u64;
     let source = Box::new(Cursor::new(bytes));
     let mut operation = Operation::read(Path::new("test.mcap"), length, source).unwrap();
     let read: Vec<Entry> = operation.by_ref().collect();
-    assert_eq!(read, told);
+    assert_eq!(read, sent);
     assert_eq!(operation.end(), Some(&End::Whole));
     assert_eq!(operation.assignment, Some(assignment));
     assert_eq!(operation.scene.name(), "nothing");

@@ -23,8 +23,8 @@ use crate::presentation::{Missing, Presented, ScreenTime, WAITING_MAX, Way, is_t
 /// picture. The fields are dropped in this order: the window's objects go last.
 pub(super) struct Compositor<T> {
     presentation: WpPresentation,
-    queue: EventQueue<Told>,
-    told: Told,
+    queue: EventQueue<Reports>,
+    reports: Reports,
     clock: ClockId,
     /// Number of the last picture for which a report was requested.
     asked: u64,
@@ -35,7 +35,7 @@ pub(super) struct Compositor<T> {
 
 /// Events of the compositor.
 #[derive(Default)]
-struct Told {
+struct Reports {
     /// Number of the clock of all times.
     clock: Option<u32>,
     /// Numbers of pictures, and their ends.
@@ -59,19 +59,19 @@ impl<T> Compositor<T> {
     /// Connects to the compositor of a window.
     pub(super) fn of(window: Objects) -> Result<Self, Missing> {
         let refused = |error: &dyn std::fmt::Display| Missing::Refused(error.to_string());
-        let begun = registry_queue_init::<Told>(&window.connection);
+        let begun = registry_queue_init::<Reports>(&window.connection);
         let (globals, mut queue) = begun.map_err(|error| refused(&error))?;
         let presentation: Result<WpPresentation, _> = globals.bind(&queue.handle(), 1..=2, ());
         let presentation = presentation.map_err(|_| Missing::NoProtocol)?;
-        let mut told = Told::default();
+        let mut reports = Reports::default();
         queue
-            .roundtrip(&mut told)
+            .roundtrip(&mut reports)
             .map_err(|error| refused(&error))?;
-        let clock = told.clock.ok_or(Missing::UnknownClock(None))?;
+        let clock = reports.clock.ok_or(Missing::UnknownClock(None))?;
         Ok(Self {
             presentation,
             queue,
-            told,
+            reports,
             clock: named(clock).ok_or(Missing::UnknownClock(Some(clock)))?,
             asked: 0,
             waiting: VecDeque::new(),
@@ -101,9 +101,9 @@ impl<T> Compositor<T> {
         handed_ns: impl Fn(&T) -> u64,
         mut each: impl FnMut(T, Presented),
     ) -> Result<(), Missing> {
-        let taken = self.queue.dispatch_pending(&mut self.told);
+        let taken = self.queue.dispatch_pending(&mut self.reports);
         taken.map_err(|error| Missing::Refused(error.to_string()))?;
-        for (number, end) in self.told.ends.drain(..) {
+        for (number, end) in self.reports.ends.drain(..) {
             let at = self.waiting.iter().position(|it| it.0 == number);
             let Some((_, picture)) = at.and_then(|at| self.waiting.remove(at)) else {
                 continue;
@@ -167,7 +167,7 @@ fn monotonic_ns(clock: ClockId, at_ns: u64) -> u64 {
     now_ns.wrapping_add(at_ns.wrapping_sub(theirs_ns))
 }
 
-impl Dispatch<WlRegistry, GlobalListContents> for Told {
+impl Dispatch<WlRegistry, GlobalListContents> for Reports {
     fn event(
         _: &mut Self,
         _: &WlRegistry,
@@ -179,9 +179,9 @@ impl Dispatch<WlRegistry, GlobalListContents> for Told {
     }
 }
 
-impl Dispatch<WpPresentation, ()> for Told {
+impl Dispatch<WpPresentation, ()> for Reports {
     fn event(
-        told: &mut Self,
+        reports: &mut Self,
         _: &WpPresentation,
         event: wp_presentation::Event,
         (): &(),
@@ -189,14 +189,14 @@ impl Dispatch<WpPresentation, ()> for Told {
         _: &QueueHandle<Self>,
     ) {
         if let wp_presentation::Event::ClockId { clk_id } = event {
-            told.clock = Some(clk_id);
+            reports.clock = Some(clk_id);
         }
     }
 }
 
-impl Dispatch<WpPresentationFeedback, u64> for Told {
+impl Dispatch<WpPresentationFeedback, u64> for Reports {
     fn event(
-        told: &mut Self,
+        reports: &mut Self,
         _: &WpPresentationFeedback,
         event: wp_presentation_feedback::Event,
         number: &u64,
@@ -204,7 +204,7 @@ impl Dispatch<WpPresentationFeedback, u64> for Told {
         _: &QueueHandle<Self>,
     ) {
         if let Some(end) = end(&event) {
-            told.ends.push((*number, end));
+            reports.ends.push((*number, end));
         }
     }
 }
@@ -247,7 +247,7 @@ fn end(event: &wp_presentation_feedback::Event) -> Option<End> {
 mod tests {
     use super::*;
 
-    fn told(at: [u32; 3], refresh: u32, flags: WEnum<Kind>) -> Option<End> {
+    fn end_of(at: [u32; 3], refresh: u32, flags: WEnum<Kind>) -> Option<End> {
         let [tv_sec_hi, tv_sec_lo, tv_nsec] = at;
         end(&wp_presentation_feedback::Event::Presented {
             tv_sec_hi,
@@ -269,14 +269,14 @@ mod tests {
             };
             Some(End::Shown { at_ns, way, screen })
         };
-        let plain = told([0, 3, 500], 16_666_666, WEnum::Value(Kind::empty()));
+        let plain = end_of([0, 3, 500], 16_666_666, WEnum::Value(Kind::empty()));
         let composed = shown(3_000_000_500, Way::Copy, Some(16_666_666), false);
         assert_eq!(plain, composed);
         let direct = Kind::Vsync | Kind::HwClock | Kind::HwCompletion | Kind::ZeroCopy;
-        let far = told([1, 0, 0], 0, WEnum::Value(direct));
+        let far = end_of([1, 0, 0], 0, WEnum::Value(direct));
         assert_eq!(far, shown((1 << 32) * 1_000_000_000, Way::Flip, None, true));
         // A bit that this program does not know hides none of the others.
-        let newer = told([0, 0, 1], 0, WEnum::Unknown(0x102));
+        let newer = end_of([0, 0, 1], 0, WEnum::Unknown(0x102));
         assert_eq!(newer, shown(1, Way::Copy, None, true));
         let discarded = end(&wp_presentation_feedback::Event::Discarded);
         assert_eq!(discarded, Some(End::Discarded));

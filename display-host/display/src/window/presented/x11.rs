@@ -58,7 +58,7 @@ impl<T> Server<T> {
                     let Some(presented) = presented(&event) else {
                         continue;
                     };
-                    let Some(picture) = self.order.told(event.serial) else {
+                    let Some(picture) = self.order.take_reported(event.serial) else {
                         continue;
                     };
                     if !is_this_clock(presented.at_ns, handed_ns(&picture), now_ns()) {
@@ -198,25 +198,28 @@ mod tests {
         let Some(screen) = screen(&[]) else { return };
         let (client, number) = window(&screen.1);
         let mut server = Server::on(Some(&screen.1), number).unwrap();
-        let mut told = Vec::new();
+        let mut reported = Vec::new();
         let begun_ns = now_ns();
         for serial in 1..=5 {
             server.hand(now_ns());
             show(&client, number, serial);
         }
         let begun = Instant::now();
-        while told.len() < 5 && begun.elapsed() < Duration::from_secs(20) {
-            let taken = server.take(|it| *it, |handed_ns, it| told.push((handed_ns, it)));
+        while reported.len() < 5 && begun.elapsed() < Duration::from_secs(20) {
+            let taken = server.take(|it| *it, |handed_ns, it| reported.push((handed_ns, it)));
             taken.unwrap();
             std::thread::sleep(Duration::from_millis(2));
         }
         // Once, beside a whole end-to-end run, four of five pictures were reported within 20 s.
-        assert!(told.len() >= 4, "{told:?}");
-        let copied = told.iter().filter(|(_, it)| it.way == Way::Copy).count();
-        assert!(copied > 0, "Xvfb copies: {told:?}");
-        for (handed_ns, it) in &told {
+        assert!(reported.len() >= 4, "{reported:?}");
+        let copied = reported
+            .iter()
+            .filter(|(_, it)| it.way == Way::Copy)
+            .count();
+        assert!(copied > 0, "Xvfb copies: {reported:?}");
+        for (handed_ns, it) in &reported {
             // Xvfb counts frames of its own, so a time may be up to one frame early.
-            assert!(it.at_ns + 20_000_000 > *handed_ns, "{told:?}");
+            assert!(it.at_ns + 20_000_000 > *handed_ns, "{reported:?}");
             assert!((begun_ns..now_ns() + 20_000_000).contains(&(it.at_ns + 20_000_000)));
         }
     }
