@@ -82,8 +82,8 @@ impl HapiHaptic {
     /// Opens the line, removes any torque, and sets the board up.
     ///
     /// A board that Calot has set up since power-up knows its angles. For any other board the
-    /// handle must be **at home** now, because its encoders count from there. It waits up to 4 s,
-    /// so it is not for the tick.
+    /// handle must be **at home** now, because its encoders count from there. Waits up to 4 s, so
+    /// the tick must not call it.
     pub fn open(path: &Path, generation: Pantograph) -> Result<Self, HardwareError> {
         Self::on(Line::open(path, BAUD)?, generation, generation.home_deg)
     }

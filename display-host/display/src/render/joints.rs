@@ -464,7 +464,7 @@ mod tests {
     }
 
     #[test]
-    fn a_curve_starts_and_ends_where_it_should_and_leaves_as_told() {
+    fn a_curve_starts_and_ends_at_its_points_and_leaves_along_its_tangent() {
         let (p, q) = (Vec3::ZERO, Vec3::new(1.0, 2.0, 3.0));
         let at = |t| hermite(t, p, Vec3::X, q, Vec3::Y);
         assert_eq!((at(0.0), at(1.0)), (p, q));

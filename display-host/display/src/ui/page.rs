@@ -3,7 +3,7 @@
 
 use egui::{Button, Color32, Response, RichText, Ui};
 
-use super::screens::{BODY, legible};
+use super::screens::{BODY_POINTS, legible};
 
 /// Height of a window below which it is low, points, as with large text. Only the first buttons then
 /// stay visible, so that the content has room.
@@ -81,7 +81,7 @@ fn row<Wish: Clone>(
 
 /// The default button: Enter presses it unless another widget has the focus.
 fn first(ui: &mut Ui, text: &str) -> Response {
-    let text = RichText::new(text).size(1.2 * BODY).strong();
+    let text = RichText::new(text).size(1.2 * BODY_POINTS).strong();
     let response =
         ui.add(Button::new(text.color(Color32::WHITE)).fill(Color32::from_rgb(25, 95, 60)));
     if ui.memory(|memory| memory.focused().is_none()) {
