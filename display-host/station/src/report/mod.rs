@@ -291,7 +291,7 @@ pub(crate) fn chapter(
         assessed: assessment.end(),
         rules,
         outlines: Outlines::of(&operation.scene),
-        pictures: folder.map(left_beside).unwrap_or_default(),
+        pictures: folder.map(pictures_in).unwrap_or_default(),
         ticks: folder.and_then(ticks),
         is_scripted: assigned.is_scripted,
         cut_short: left_out.cut_short().cloned(),
