@@ -46,7 +46,7 @@ impl Shown<'_> {
         for warning in &self.outcome.warnings {
             say::note(format_args!("calot: {warning}"));
         }
-        // The animation comes last, so that the other results do not wait for it.
+        // The animation is written last, so that the other results do not wait for it.
         if let Some(gif) = &self.args.gif
             && let Err(problem) = animate(&self.outcome, gif)
         {

@@ -25,11 +25,12 @@ const ROWS: [Row; 7] = [
     ("viscous damping", "N s/m", 1.0, 3, |it| it.damping_n_s_m),
     ("friction, moving", "N", 1.0, 3, |it| it.friction_n),
     ("friction, break-away", "N", 1.0, 3, |it| it.break_away_n),
-    ("force that carries it", "N", 1.0, 3, |it| it.carries_n),
+    ("force against weight", "N", 1.0, 3, |it| it.carries_n),
     (TREMOR, "N s/m", 1.0, 3, Axis::tremor_damping_n_s_m),
     (DELAY, "ms", 1e3, 2, |it| it.delay_s),
 ];
-/// Name of the row with the damping at the speed of a tremor. The table also has its declared value.
+/// Name of the row with the damping at the speed of a tremor. The table also has its declared
+/// value.
 const TREMOR: &str = "damping of a tremor";
 /// Name of the row with the delay. The table also has its declared value.
 const DELAY: &str = "delay";
