@@ -44,7 +44,7 @@ impl Listening {
         prepare: fn(Option<usize>),
         tick_cpu: Option<usize>,
     ) -> Result<Self, Error> {
-        let (sender, receiver) = mpsc::sync_channel::<Result<(), ServiceError>>(1);
+        let (opened_sender, opened_receiver) = mpsc::sync_channel::<Result<(), ServiceError>>(1);
         let stop = Arc::new(AtomicBool::new(false));
         let overflowed = Arc::new(AtomicU64::new(0));
         let (sender, items) = queue(overflowed.clone());
@@ -55,16 +55,16 @@ impl Listening {
                 prepare(tick_cpu);
                 match Tap::open(&station) {
                     Ok(tap) => {
-                        let _ = sender.send(Ok(()));
+                        let _ = opened_sender.send(Ok(()));
                         listen(&tap, &sender, &stopped);
                     }
                     Err(error) => {
-                        let _ = sender.send(Err(error));
+                        let _ = opened_sender.send(Err(error));
                     }
                 }
             })
             .map_err(Error::Thread)?;
-        if let Ok(opened) = receiver.recv() {
+        if let Ok(opened) = opened_receiver.recv() {
             opened?;
         }
         Ok(Self {
