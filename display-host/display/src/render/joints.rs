@@ -14,7 +14,7 @@ const ROWS: usize = 16;
 /// Distance before the tube's end at which a collar begins, in radii of the tube.
 const BEFORE: f32 = 2.2;
 /// Number of rounds that smooth the collar's foot: the ring of points that meets the organ.
-const EVENED: usize = 6;
+const FOOT_ROUNDS: usize = 6;
 /// A tube's end without attachments is free if it is farther than this from every other organ, m.
 const REACH_M: f32 = 0.012;
 /// Depth of the collar's rim below the organ's skin, m.
@@ -220,7 +220,7 @@ fn collar(
         rays.push((out, foot, v, start));
     }
     // On a narrow neck, neighbouring points of the foot may lie on different sides.
-    for _ in 0..EVENED {
+    for _ in 0..FOOT_ROUNDS {
         let feet: Vec<Vec3> = rays.iter().map(|ray| ray.1).collect();
         for (k, ray) in rays.iter_mut().enumerate() {
             let beside = feet[(k + 1) % AROUND] + feet[(k + AROUND - 1) % AROUND];
