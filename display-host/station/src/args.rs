@@ -77,7 +77,8 @@ pub(crate) struct RealtimeArgs {
     #[arg(long, value_name = "µs", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=500))]
     pub(crate) spin: u64,
     /// Let the ticks follow the arrivals of the haptic device's samples, by at most 1 µs a tick, so
-    /// that samples wait less for the tick. While the arrivals are irregular, the ticks stay in place
+    /// that samples wait less for the tick. While the arrivals are irregular, the ticks stay in
+    /// place
     #[arg(long)]
     pub(crate) follow_device: bool,
     /// Realtime scheduler of Linux. fifo pins the tick to --core; deadline reserves time for each
@@ -99,8 +100,8 @@ pub(crate) struct RealtimeArgs {
     /// --scope-mark
     #[arg(long, value_enum, requires = "scope_tty")]
     pub(crate) scope_line: Option<ScopeLineName>,
-    /// Serial port of --scope-line, e.g. /dev/ttyS0. Use a real UART: over USB each change waits for a
-    /// transfer
+    /// Serial port of --scope-line, e.g. /dev/ttyS0. Use a real UART: over USB each change waits
+    /// for a transfer
     #[arg(long, value_name = "TTY", requires = "scope_line")]
     pub(crate) scope_tty: Option<PathBuf>,
     /// Moment at which --scope-line falls: the end of the tick, or when its force has left
@@ -367,8 +368,8 @@ impl StoreFile {
         Ok(Store::read(&self.path()?)?)
     }
 
-    /// Like [`StoreFile::read`]. Returns `None` if `--store` is absent and the default file does not
-    /// exist.
+    /// Like [`StoreFile::read`]. Returns `None` if `--store` is absent and the default file does
+    /// not exist.
     pub(crate) fn read_if_any(&self) -> Result<Option<Store>, Problem> {
         match Store::read(&self.path()?) {
             Err(StoreError::Missing { .. }) if self.store.is_none() => Ok(None),
@@ -386,8 +387,8 @@ pub(crate) struct NewTrainee {
 }
 
 impl NewTrainee {
-    /// Asks in the terminal about a new name that resembles a trainee's name: is it another person's?
-    /// Refuses the name if it is not, or without a terminal.
+    /// Asks in the terminal about a new name that resembles a trainee's name: is it another
+    /// person's? Refuses the name if it is not, or without a terminal.
     pub(crate) fn confirm(self, store: &Store, name: &str) -> Result<(), Problem> {
         match store.alike(name)?.filter(|_| !self.new_trainee) {
             None => Ok(()),

@@ -5,8 +5,8 @@ use egui::{Button, Color32, Response, RichText, Ui};
 
 use super::screens::{BODY_POINTS, legible};
 
-/// Height of a window below which it is low, points, as with large text. Only the first buttons then
-/// stay visible, so that the content has room.
+/// Height of a window below which it is low, points, as with large text. Only the first buttons
+/// then stay visible, so that the content has room.
 const LOW: f32 = 420.0;
 /// Number of the buttons that stay visible in a low window.
 const STAYING: usize = 2;

@@ -226,8 +226,8 @@ fn lost(summary: &Value, words: &Words) -> Vec<(String, f64)> {
     found.filter(|(metric, _)| has_advice(metric)).collect()
 }
 
-/// Rows of metrics: first those of the pass rule, then the usual ones of the task. Each has the best
-/// value of passed earlier sessions.
+/// Rows of metrics: first those of the pass rule, then the usual ones of the task. Each has the
+/// best value of passed earlier sessions.
 fn rows(
     task: &str,
     rules: &Rules,

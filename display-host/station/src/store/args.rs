@@ -145,8 +145,8 @@ pub(crate) enum StoreCommand {
     Curriculum,
     /// Adds sessions from their recordings, and assesses them. This is for runs that were killed,
     /// that named no trainee, or that the store refused. A session that breaks off before its task
-    /// was decided is kept as cut-short and counts in no curve. A session already in the store stays
-    /// unchanged
+    /// was decided is kept as cut-short and counts in no curve. A session already in the store
+    /// stays unchanged
     Add {
         /// Trainee to add them to; a recording does not name one
         #[arg(value_parser = parse_trainee)]
@@ -182,7 +182,8 @@ pub(crate) enum StoreCommand {
         /// Cohort, free text, e.g. novice; "" for none
         #[arg(long, value_name = "TEXT")]
         cohort: Option<String>,
-        /// Consent to studies: yes, no or unknown. `calot store study` leaves out trainees who refused
+        /// Consent to studies: yes, no or unknown. `calot store study` leaves out trainees who
+        /// refused
         #[arg(long, value_name = "WHETHER", value_parser = parse_consent)]
         consent: Option<Consent>,
         #[command(flatten)]
@@ -194,8 +195,8 @@ pub(crate) enum StoreCommand {
         name: Option<String>,
     },
     /// Adds the contents of other stations' stores. Repeating it changes nothing. Equal names mean
-    /// the same person; session names differ between stations. A trainee who was forgotten in one of
-    /// the stores stays out; sessions that began later are added
+    /// the same person; session names differ between stations. A trainee who was forgotten in one
+    /// of the stores stays out; sessions that began later are added
     #[command(after_help = MERGED)]
     Merge {
         /// Stores to read, e.g. theatre-1.sqlite; they stay unchanged
@@ -278,7 +279,8 @@ pub(crate) enum StoreCommand {
     },
     /// Compares groups of trainees: writes study.csv (a row for each person and task) and
     /// study.html (medians and quartiles, tests, learning, agreement of raters). Both have
-    /// numbers instead of names. Sessions of scripted hands, and those that were not realtime, are left out
+    /// numbers instead of names. Sessions of scripted hands, and those that were not realtime, are
+    /// left out
     Study(StudyArgs),
     /// Asks a questionnaire in the terminal
     Ask {

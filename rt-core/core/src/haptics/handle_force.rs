@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn push_beside_the_shaft_twists_the_handle_only_if_the_device_renders_torque() {
+    fn push_off_the_shaft_twists_the_handle_only_if_the_device_renders_torque() {
         let jaw = contact(Vec3::new(0.01, 0.0, -0.1), Vec3::y());
         let held = super::felt(&[jaw], None, &LEVER, &handle(), true);
         assert!(math::norm(&(held.wrench.torque_nm - Vec3::z() * 0.02)) < 1.0e-7);

@@ -163,8 +163,8 @@ fn over(
     });
 }
 
-/// Shows the next step at the bottom, and the instrument's keys while mouse and keyboard lead it. In
-/// a tight picture a running hold takes their place.
+/// Shows the next step at the bottom, and the instrument's keys while mouse and keyboard lead it.
+/// In a tight picture a running hold takes their place.
 fn foot(ui: &Ui, place: Rect, state: &UiState) {
     let words = &state.words;
     let task = state.task_view.as_ref().filter(|it| it.end.is_none());
