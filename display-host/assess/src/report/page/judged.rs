@@ -8,6 +8,7 @@ use crate::injury::{Cause, Injury, InjuryKind, Severity};
 use crate::metrics::Metric;
 use crate::report::Chapter;
 use crate::rules::ViewRule;
+use crate::task::Task;
 use crate::view::{Shares, Shown};
 
 /// Writes the injuries: time, structure, kind, cause and consequence of each.
@@ -54,6 +55,10 @@ pub(super) fn injuries(page: &mut Page<'_>, injuries: &[Injury]) {
         ));
     }
     page.add(format_args!("</table>"));
+    if injuries.iter().any(|it| it.severity > Severity::Minor) {
+        let note = page.say("page-injury-note");
+        page.add(format_args!("<p>{note}</p>"));
+    }
 }
 
 /// Writes the pass rules of the task, and if each is met.
@@ -85,12 +90,16 @@ pub(super) fn pass_rules(page: &mut Page<'_>, chapter: &Chapter) {
             (false, true) => page.say_with("page-at-most", &[("limit", &high)]),
             (false, false) => "–".to_owned(),
         };
-        let [source, met, name, value] = [
-            source(page, rule.source),
-            page.answer(!(value < least || value > most)),
-            page.named(name),
-            page.words.number(value, 1),
-        ];
+        // A metric without a value, such as that of current nobody used, is not asked for.
+        let met = match value.is_finite() {
+            true => page.answer(!(value < least || value > most)),
+            false => "–".to_owned(),
+        };
+        let shown = match Metric::from_name(name) {
+            Some(metric) => page.shown(&it.metrics, metric),
+            None => page.words.number(value, 1),
+        };
+        let [source, name, value] = [source(page, rule.source), page.named(name), shown];
         page.add(format_args!(
             "<tr><td>{name}<td>{value}<td>{asked}<td>{met}<td class=\"l\" lang=\"en\">{source}</tr>"
         ));
@@ -129,7 +138,12 @@ pub(super) fn points(page: &mut Page<'_>, chapter: &Chapter) {
     for lost in &it.lost {
         let name = page.named(lost.metric);
         let source = source(page, chapter.rules.weight_source(it.task, lost.metric));
-        let [value, points] = [lost.value, lost.points].map(|it| page.words.number(it, 1));
+        let digits = match Metric::from_name(lost.metric).map(Metric::unit) {
+            Some("n") => 0,
+            _ => 1,
+        };
+        let value = page.words.number(lost.value, digits);
+        let points = page.words.number(lost.points, 1);
         page.add(format_args!(
             "<tr><td>{name}<td>{value}<td>{points}<td class=\"l\" lang=\"en\">{source}</tr>"
         ));
@@ -137,11 +151,13 @@ pub(super) fn points(page: &mut Page<'_>, chapter: &Chapter) {
     page.add(format_args!("</table>"));
 }
 
-/// Writes published values next to the trainee's.
+/// Writes published values next to the trainee's, if the trainee did every step.
 pub(super) fn published(page: &mut Page<'_>, chapter: &Chapter) {
     let it = &chapter.assessed;
     let mut references = chapter.rules.references(it.task).peekable();
-    if references.peek().is_none() {
+    // Time and path of an attempt that ended early compare with nobody's.
+    let is_complete = it.steps.iter().all(|(_, done)| *done);
+    if references.peek().is_none() || !is_complete {
         return;
     }
     page.heading("page-published");
@@ -167,10 +183,12 @@ pub(super) fn published(page: &mut Page<'_>, chapter: &Chapter) {
     page.add(format_args!("</table>"));
 }
 
-/// Writes the critical view of safety: the achieved share of each criterion, and the share that the
-/// endoscope showed from the front and from behind.
+/// Writes the critical view of safety: the achieved share of each criterion, and the share that
+/// the endoscope showed from the front and from behind. Tasks that begin after it do not ask for it.
 pub(super) fn critical_view(page: &mut Page<'_>, chapter: &Chapter) {
-    let Some(cvs) = &chapter.assessed.cvs else {
+    let task = chapter.assessed.task;
+    let is_asked = matches!(task, Task::Identify | Task::Full | Task::Free);
+    let Some(cvs) = chapter.assessed.cvs.as_ref().filter(|_| is_asked) else {
         return;
     };
     page.heading("page-cvs");
