@@ -154,7 +154,7 @@ fn headline_figures_are_those_of_the_tables() {
         let row = [("scene", "liver: pull 30 mm"), ("competitor", competitor)];
         tables.cell("competitors", &row, "times Calot's µs")
     };
-    asked.push(format!(
+    expected.push(format!(
         "MuJoCo 4.0.0 needs {} times Calot's time at Calot's error with another material, and {} times with the \
          same one; Newton 1.8.0 needs {} times.",
         times("MuJoCo 4.0.0 flex, StVK"),
