@@ -2,9 +2,9 @@
 //! kind of clumsiness. Outcome, alarms, injuries, score, store and debrief are checked.
 //!
 //! In CI some of them work a short task. The whole table takes an hour and a half, because the
-//! processes run in real time: `cargo xtask hands` works it, or the hands and tasks that it is told,
-//! and keeps their results in `tests/results/hands.csv`. The sessions stay in `target/hands`, so that
-//! they can be looked at, and judged again after a change of the rules.
+//! processes run in real time: `cargo xtask hands` works it, or the hands and tasks that are named,
+//! and keeps their results in `tests/results/hands.csv`. The sessions stay in `target/hands`. They
+//! can be looked at there, and judged again after a change of the rules.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -32,8 +32,8 @@ const TASKS: [(&str, &str); 7] = [
 /// Time that a hand gets which makes one error, s.
 const ERROR_S: &str = "45";
 
-/// Hands that injure a structure: the structure, the alarms of which one must sound, and whether the
-/// injury ends the task. What the hook burns half through may tear at its end.
+/// Hands that injure a structure: the structure, the alarms of which one must sound, and whether
+/// the injury ends the task. What the hook burns half through may tear at its end.
 const INJURIES: [(&str, &str, &[&str], bool); 11] = [
     ("duct-cutter", "bile duct", &["cut"], true),
     ("duct-tearer", "bile duct", &["torn"], true),
@@ -371,8 +371,8 @@ fn keep(file: &Path, row: &str) {
     std::fs::write(file, format!("{head}\n{}\n", rows.join("\n"))).expect("it can be written");
 }
 
-/// Hands and tasks of the table, or those that are named: `HAND` or `HAND:TASK`, with spaces between
-/// them.
+/// Hands and tasks of the table, or those that are named: `HAND` or `HAND:TASK`, with spaces
+/// between them.
 fn cells(wanted: &str) -> Vec<(String, String)> {
     let wanted: Vec<&str> = wanted.split_whitespace().collect();
     let of_table = TABLE.iter().flat_map(|(task, hands)| {

@@ -184,7 +184,8 @@ pub(super) fn published(page: &mut Page<'_>, chapter: &Chapter) {
 }
 
 /// Writes the critical view of safety: the achieved share of each criterion, and the share that
-/// the endoscope showed from the front and from behind. Tasks that begin after it do not ask for it.
+/// the endoscope showed from the front and from behind. Tasks that begin after it do not ask for
+/// it.
 pub(super) fn critical_view(page: &mut Page<'_>, chapter: &Chapter) {
     let task = chapter.assessed.task;
     let is_asked = matches!(task, Task::Identify | Task::Full | Task::Free);
