@@ -116,19 +116,27 @@ class Full(Flex):
 class Reduced(Flex):
     """Nodes of a coarse grid move the tissue by trilinear or quadratic interpolation."""
 
+    # Some grids swing or blow up at 1 ms, and might not with other masses of the nodes.
+    must_rest = True
+
     def __init__(self, trial, order, cells, young_share):
         self.order = order
-        points = np.concatenate([trial.nodes_m, trial.filled_nodes_m])
+        # The organ is filled with a coarse mesh, and the spheres are points without elements in it.
+        corners = self.free_elements(trial)
+        fill = np.unique(corners)
+        # The grid fits the part between the planes.
+        points = trial.filled_nodes_m[fill]
+        points = np.concatenate([points, trial.nodes_m[trial.free]])
         low, high = points.min(axis=0), points.max(axis=0)
         low[trial.axis] = trial.fixed_below_m
         if trial.moved.any():
             high[trial.axis] = trial.free_below_m
-        axes = np.argsort(-(high - low))
+        # The first number of cells is along the organ, the second along its longer other axis.
+        length = high - low
+        length[trial.axis] = np.inf
+        axes = np.argsort(-length)
         count = np.ones(3, int)
         count[axes] = cells
-        # The organ is filled with a coarse mesh, and the spheres are points without elements in it.
-        corners = self.free_elements(trial)
-        fill = np.unique(corners)
         number = np.full(len(trial.filled_nodes_m), -1)
         number[fill] = np.arange(len(fill))
         inside = (trial.nodes_m > low - 1e-9).all(axis=1) & (trial.nodes_m < high + 1e-9).all(axis=1)

@@ -57,7 +57,8 @@ class Failed(Exception):
 
 
 def settle(peer, trial):
-    """Loads the body as `evaluate` does, and lets it come to rest. Returns the ticks."""
+    """Loads the body as `evaluate` does, and lets it come to rest. Returns the ticks, and whether
+    it rests."""
     for tick in range(int(trial.ramp_ticks + trial.settle_ticks)):
         share = min((tick + 1) / trial.ramp_ticks, 1.0)
         if tick < trial.ramp_ticks:
@@ -66,7 +67,7 @@ def settle(peer, trial):
         if tick % 48 == 0:
             speed = peer.fastest_m_s()
             if not np.isfinite(speed) or speed > 1e3:
-                return tick
+                return tick, False
             if tick > trial.ramp_ticks + 100 and speed < trial.still_m_s:
-                return tick
-    return int(trial.ramp_ticks + trial.settle_ticks)
+                return tick, True
+    return int(trial.ramp_ticks + trial.settle_ticks), False

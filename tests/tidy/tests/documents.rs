@@ -150,6 +150,17 @@ fn headline_figures_are_those_of_the_tables() {
         let (ours, paper) = (accuracy(scene, "Calot"), accuracy(scene, "paper's"));
         expected.push(format!("| {name} | {ours} | {paper} |"));
     }
+    let times = |competitor| {
+        let row = [("scene", "liver: pull 30 mm"), ("competitor", competitor)];
+        tables.cell("competitors", &row, "times Calot's µs")
+    };
+    expected.push(format!(
+        "MuJoCo 4.0.0 needs {} times Calot's time at Calot's error with another material, and {} times with the \
+         same one; Newton 1.8.0 needs {} times.",
+        times("MuJoCo 4.0.0 flex, StVK"),
+        times("MuJoCo 4.0.0 flex, neo-Hookean"),
+        times("Newton 1.8.0 VBD"),
+    ));
     let survived = |method| tables.cell("stability", &[("method", method)], "cases survived");
     expected.push(format!(
         "Calot survives {} of 16 cases that break solvers, the paper's method {}.",

@@ -57,13 +57,13 @@ impl Operation {
             .spawn()?;
         let last_lines = Arc::new(Mutex::new(VecDeque::new()));
         let reader = child.stderr.take().map(|stderr| {
-            let kept_lines = last_lines.clone();
+            let kept = Arc::clone(&last_lines);
             std::thread::spawn(move || {
                 let lines = BufReader::new(stderr).split(b'\n');
                 for line in lines.map_while(Result::ok) {
                     let line = String::from_utf8_lossy(&line);
                     say::note(&line);
-                    let mut kept = kept_lines.lock().unwrap_or_else(PoisonError::into_inner);
+                    let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
                     if kept.len() == LINES_KEPT {
                         kept.pop_front();
                     }

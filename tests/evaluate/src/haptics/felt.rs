@@ -1,14 +1,15 @@
 //! Measures of felt quality, as OmniSurg's open haptic bench defines them (schema
 //! `haptic-bench/v1`), at 1 kHz instead of 120 Hz.
 //!
-//! | measure | definition |
-//! |---|---|
-//! | oscillation | largest and rms amplitude of the acting force from 20 to 300 Hz, over the whole trial with a Hann window |
-//! | injected energy | work of the acting force on the handle while the tip is in the wall; positive: the loop drives the hand |
-//! | rise time | from the first tick in the wall to 90 % of the largest force, mean over contacts of four ticks or more |
-//! | drag | mean size of the acting force outside of the wall |
-//! | jerk | rms of the third derivative of the handle's place relative to the hand's target |
-//! | depth | largest depth of the handle in the wall |
+//! - **oscillation**: largest and rms amplitude of the acting force from 20 to 300 Hz, over the
+//!   whole trial with a Hann window;
+//! - **injected energy**: work of the acting force on the handle while the tip is in the wall;
+//!   positive if the loop drives the hand;
+//! - **rise time**: from the first tick in the wall to 90 % of the largest force, the mean over
+//!   contacts of four ticks or more;
+//! - **drag**: mean size of the acting force outside of the wall;
+//! - **jerk**: rms of the third derivative of the handle's place relative to the hand's target;
+//! - **depth**: largest depth of the handle in the wall.
 
 use super::device::{Device, Hand, Loop};
 use super::law::{Law, START_M};
@@ -26,7 +27,7 @@ const CONTACT_TICKS: usize = 4;
 /// Share of the largest force at which a contact counts as risen.
 const RISEN: f64 = 0.9;
 
-/// What happened in each tick of a trial.
+/// Forces and places in each tick of a trial.
 #[derive(Debug, Default)]
 pub(super) struct Course {
     /// Acting force of the motors, N.
