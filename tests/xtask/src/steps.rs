@@ -28,8 +28,11 @@ const FIRMWARE: &[&str] = &[
 /// A target without an operating system: Cortex-M4F and M7F, as on a Teensy or an STM32.
 const BOARD: &str = "thumbv7em-none-eabihf";
 
+/// The workspace of the centre's program.
+const CENTRE: &str = "display-host/centre/Cargo.toml";
+
 /// Steps that every `cargo xtask test` runs. `test_in` adds two that need a further target or tool.
-const TESTS: [Step; 6] = [
+const TESTS: [Step; 8] = [
     Step {
         name: "format",
         args: &["fmt", "--all", "--check"],
@@ -73,6 +76,27 @@ const TESTS: [Step; 6] = [
         args: &["test", "--locked", "--workspace", "--doc"],
         is_checked: true,
         is_timed: false,
+    },
+    // A workspace of its own. Its tests use the program `calot` that the steps above built.
+    Step {
+        name: "format of the centre",
+        args: &["fmt", "--check", "--manifest-path", CENTRE],
+        is_checked: false,
+        is_timed: false,
+    },
+    Step {
+        name: "centre",
+        args: &[
+            "test",
+            "--locked",
+            "--manifest-path",
+            CENTRE,
+            "--target-dir",
+            "target",
+            "--no-fail-fast",
+        ],
+        is_checked: true,
+        is_timed: true,
     },
     // Optimised code must give identical bits, so the golden replays run again in release.
     Step {
@@ -160,10 +184,11 @@ pub(crate) fn install_and_deny() -> Result<(), String> {
 /// Checks licences, bans and sources. Advisories are left out, because they need a database from
 /// the network.
 fn deny() -> Result<(), String> {
-    step(
-        "licences and sources",
-        &["deny", "--offline", "check", "bans", "licenses", "sources"],
-    )
+    let checks = ["check", "bans", "licenses", "sources"];
+    let deny = ["deny", "--offline"];
+    step("licences and sources", &[&deny[..], &checks].concat())?;
+    let centre = [&deny[..], &["--manifest-path", CENTRE], &checks];
+    step("licences and sources of the centre", &centre.concat())
 }
 
 pub(crate) fn demo(args: &[String]) -> Result<(), String> {

@@ -8,7 +8,9 @@ use crate::args::{
     ControllerArgs, GamepadArgs, LanguageName, LookArgs, SceneArgs, ScopeName, parse_seconds,
     parse_size, parse_station,
 };
+use crate::home;
 use crate::output::Overwrite;
+use crate::problem::Problem;
 use crate::task::args::TaskArgs;
 
 /// Default length of a headless run, s.
@@ -78,6 +80,8 @@ pub(crate) struct RunArgs {
     #[command(flatten)]
     pub(crate) task: TaskArgs,
     #[command(flatten)]
+    pub(crate) centre: CentreEntry,
+    #[command(flatten)]
     pub(crate) gamepad: GamepadArgs,
     /// Start no processes; show the running station named by --station
     #[arg(long)]
@@ -87,6 +91,30 @@ pub(crate) struct RunArgs {
     pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) controller: ControllerArgs,
+}
+
+/// A centre that hears of this station.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct CentreEntry {
+    /// Tell this centre of the station: presence, task, score, alarms, pictures, results
+    #[arg(long, value_name = "HOST:PORT")]
+    pub(crate) centre: Option<String>,
+    /// Folder with NAME.pem, NAME.key and ca.pem; NAME is the station's name at the centre [default:
+    /// calot/centre-keys in $XDG_CONFIG_HOME or ~/.config]
+    #[arg(long, value_name = "DIR", requires = "centre")]
+    pub(crate) centre_keys: Option<PathBuf>,
+}
+
+impl CentreEntry {
+    /// Folder of the keys.
+    pub(crate) fn keys(&self) -> Result<PathBuf, Problem> {
+        if let Some(keys) = &self.centre_keys {
+            return Ok(keys.clone());
+        }
+        let config =
+            home::config().ok_or("there is no home folder; name the keys with --centre-keys")?;
+        Ok(config.join("centre-keys"))
+    }
 }
 
 impl RunArgs {
