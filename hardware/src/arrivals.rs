@@ -66,8 +66,8 @@ impl Pattern {
                 "samples wait up to {FTDI_MS} ms in an FTDI adapter's timer; as root: echo 1 > {timer}"
             ),
             Self::Batches { tenths, every_us } => format!(
-                "samples come in batches of {:.1} every {:.1} ms; an FTDI adapter: as root, echo 1 > \
-                 {timer}; else let the device send each sample at once (flush after each frame)",
+                "samples come in batches of {:.1} every {:.1} ms; with an FTDI adapter, as root: echo 1 > \
+                 {timer}; otherwise let the device send each sample at once (flush after each frame)",
                 tenths as f64 / 10.0,
                 every_us as f64 / 1e3
             ),
@@ -190,9 +190,9 @@ fn is_whole_frames(period_ns: u64) -> bool {
 mod tests {
     use super::*;
 
-    /// Pattern after six seconds of samples every `every_ns`. `comes` gives the arrival time of a
-    /// sample. The line is polled every 200 µs, and arrivals have up to 20 µs of jitter.
-    fn found(every_ns: u64, comes: impl Fn(u64) -> u64) -> Option<Pattern> {
+    /// Pattern after six seconds of samples every `every_ns`. `arrival_ns` gives the arrival time
+    /// of a sample. The line is polled every 200 µs, and arrivals have up to 20 µs of jitter.
+    fn found(every_ns: u64, arrival_ns: impl Fn(u64) -> u64) -> Option<Pattern> {
         let mut arrivals = Arrivals::default();
         let mut waiting: Vec<u64> = Vec::new();
         let mut taken = 0;
@@ -203,7 +203,7 @@ mod tests {
                 state = state
                     .wrapping_mul(6_364_136_223_846_793_005)
                     .wrapping_add(1);
-                waiting.push(comes(taken * every_ns) + (state >> 33) % 20_000);
+                waiting.push(arrival_ns(taken * every_ns) + (state >> 33) % 20_000);
                 taken += 1;
             }
             let arrived: Vec<u64> = waiting.extract_if(.., |at_ns| *at_ns <= now_ns).collect();
@@ -214,8 +214,9 @@ mod tests {
         arrivals.found()
     }
 
-    fn held(until_every_ns: u64) -> impl Fn(u64) -> u64 {
-        move |at_ns| at_ns.div_ceil(until_every_ns) * until_every_ns
+    /// Arrival times of samples that wait for the next multiple of `interval_ns`.
+    fn held(interval_ns: u64) -> impl Fn(u64) -> u64 {
+        move |at_ns| at_ns.div_ceil(interval_ns) * interval_ns
     }
 
     #[test]
@@ -236,12 +237,12 @@ mod tests {
     }
 
     #[test]
-    fn frames_of_full_speed_usb_are_recognised_where_they_can_be() {
+    fn frames_of_full_speed_usb_are_recognised_unless_the_device_sends_every_whole_millisecond() {
         for every_us in [300, 500, 700, 1400] {
             let found = found(every_us * 1000, held(1_000_000));
             assert_eq!(found, Some(Pattern::Frames), "{every_us} µs");
         }
-        // A device that itself sends every whole ms looks the same on any USB.
+        // A device that itself sends every second millisecond looks the same on any USB.
         assert_eq!(found(2_000_000, held(1_000_000)), None);
     }
 

@@ -186,7 +186,7 @@ pub enum HardwareError {
     },
     /// The Inverse3's service does not answer or has no such device.
     #[error(
-        "{path}: {what}. Start it (`systemctl start haply-inverse-service`) and plug the Inverse3 in"
+        "{path}: {what}. Start the service (`systemctl start haply-inverse-service`) and plug the Inverse3 in"
     )]
     Service {
         /// Address as given.

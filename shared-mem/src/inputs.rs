@@ -130,8 +130,8 @@ pub struct InputBatch {
     pub lost: u64,
     /// Number of `records` in use.
     pub count: u32,
-    /// Number of ticks that the controller ran; set only in the last batch of a controller that
-    /// ends in order, else zero.
+    /// Number of ticks that the controller ran; set only in the last batch of an orderly shutdown,
+    /// else zero.
     pub ran: u32,
     /// The records, oldest first.
     pub records: [InputRecord; INPUT_BATCH],

@@ -105,7 +105,7 @@ words! {
 }
 
 words! {
-    /// Something that an instructor makes go wrong in the simulation.
+    /// A complication that an instructor can trigger in the simulation.
     Complication, "complication" {
         /// The artery of the gallbladder bleeds from a hole in its wall.
         Bleeding = 0, "bleeding";
@@ -145,7 +145,7 @@ impl ActKind {
         }
     }
 
-    /// True if the trainee's work changes by it, or the trainee is told something.
+    /// True if the act changes the trainee's work or tells the trainee something.
     #[must_use]
     pub const fn helps_or_hinders(self) -> bool {
         !matches!(self, Self::Remark)
@@ -264,8 +264,8 @@ words! {
         Ramped = 19, "ramped";
         /// The haptic device is open but sends no valid sample.
         SilentDevice = 20, "silent_device";
-        /// The haptic device repeats a position although its velocity is not zero, or together with
-        /// its clock.
+        /// The haptic device repeats a position although it reports a velocity, or repeats both a
+        /// position and the time of its clock.
         FrozenDevice = 21, "frozen_device";
         /// The haptic device's clock runs backwards, stands still or counts in another unit.
         DeviceClock = 22, "device_clock";

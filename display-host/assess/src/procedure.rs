@@ -68,6 +68,7 @@ pub(crate) struct Procedure {
     /// Index of each protected organ that took heat, and its heat since its last counted burn, J.
     warmed_j: Vec<(u32, f64)>,
     cuts_wrong: u32,
+    tears: u32,
     unclamped: [bool; 2],
     injuries: Injuries,
     means: Means,
@@ -100,6 +101,7 @@ impl Procedure {
             burn_wrong_j: 0.0,
             warmed_j: Vec::new(),
             cuts_wrong: 0,
+            tears: 0,
             unclamped: [false; 2],
             injuries: Injuries::default(),
             means: Means::default(),
@@ -293,13 +295,19 @@ impl Procedure {
                 // The event of a cut suture or band names an organ that the suture or band holds.
                 None if is_target(kind) || kind.is_none() => {}
                 None if matches!(kind, Some(OrganKind::Gallbladder | OrganKind::Liver)) => {}
-                None => {
+                // One closing of the blades may cut a tube link by link.
+                None if self.is_new(AlarmKind::Cut, event.organ, at_s, rules) => {
                     self.cuts_wrong += 1;
                     say(AlarmKind::Cut);
                 }
+                None => {}
             },
             Ok(Event::Tear { .. }) if !is_target(kind) => {
-                say(AlarmKind::Torn);
+                // One pull may tear an organ link by link.
+                if self.is_new(AlarmKind::Torn, event.organ, at_s, rules) {
+                    self.tears += 1;
+                    say(AlarmKind::Torn);
+                }
                 if let Some(which) = vessel {
                     self.divide(which, at_s, None);
                     self.injure(which);
@@ -600,6 +608,7 @@ impl Procedure {
             (Metric::BurnsWrong, self.burns_wrong.into()),
             (Metric::BurnWrong, self.burn_wrong_j),
             (Metric::CutsWrong, self.cuts_wrong.into()),
+            (Metric::Tears, self.tears.into()),
             (Metric::ClipsDuct, duct.clips() as f64),
             (Metric::ClipsArtery, artery.clips() as f64),
             (Metric::ClipSpacing, spacing_m * 1e3),

@@ -15,18 +15,19 @@ const RATE: u16 = 10;
 const COLOURS: usize = 128;
 /// Largest change of a channel (0 to 255) at which a pixel counts as unchanged. Film grain changes
 /// less.
-const SAME: u8 = 12;
-/// Distance of the pixels from which the palette is made, pixels. For more than [`MANY`] pictures
-/// the distance is a multiple of this, so the number of samples hardly grows.
-const SAMPLE: usize = 7;
+const SAME_MAX: u8 = 12;
+/// Distance of the pixels from which the palette is made, pixels. For more than
+/// [`DENSE_PICTURES_MAX`] pictures the distance is a multiple of this, so the number of samples
+/// hardly grows.
+const SAMPLE_STEP_PX: usize = 7;
 /// Number of pictures above which the samples are farther apart.
-const MANY: usize = 64;
+const DENSE_PICTURES_MAX: usize = 64;
 /// Number of samples that good colours need.
-const LEAST: usize = 100_000;
+const SAMPLES_MIN: usize = 100_000;
 /// Label of the GIF extension block that holds a comment.
 const COMMENT: u8 = 0xfe;
 /// Bits of each channel that are used to look up the nearest colour.
-const BITS: u32 = 5;
+const LOOKUP_BITS: u32 = 5;
 
 /// Writes the pictures in this order into a file that only its owner can read. All pictures must
 /// have one size. They are decoded one at a time.
@@ -42,7 +43,7 @@ pub fn write_gif(pictures: &[PathBuf], path: &Path) -> Result<(), DisplayError> 
         let read = image::open(picture).map(|it| it.to_rgb8());
         read.map_err(|error| refused(format!("{}: {error}", picture.display())))
     };
-    let every = SAMPLE * pictures.len().div_ceil(MANY).max(1);
+    let every = SAMPLE_STEP_PX * pictures.len().div_ceil(DENSE_PICTURES_MAX).max(1);
     let (mut size, mut samples) = (None, Vec::new());
     for picture in pictures {
         let picture = read(picture)?;
@@ -61,7 +62,7 @@ pub fn write_gif(pictures: &[PathBuf], path: &Path) -> Result<(), DisplayError> 
         )));
     };
     // The quantiser learns once from each sample. If there are too few samples, they are repeated.
-    let times = (4 * LEAST).div_ceil(samples.len().max(1));
+    let times = (4 * SAMPLES_MIN).div_ceil(samples.len().max(1));
     let colours = Colours::of(&samples.repeat(times.max(1)));
     let file = session::create_private(path).map_err(|error| refused(error.to_string()))?;
     let failed = |error: gif::EncodingError| refused(error.to_string());
@@ -142,7 +143,7 @@ impl<'a> Animation<'a> {
 }
 
 fn is_same(a: [u8; 3], b: [u8; 3]) -> bool {
-    a.iter().zip(b).all(|(a, b)| a.abs_diff(b) <= SAME)
+    a.iter().zip(b).all(|(a, b)| a.abs_diff(b) <= SAME_MAX)
 }
 
 /// The common palette, and the nearest colour for any pixel.
@@ -160,8 +161,8 @@ impl Colours {
         let (colours, _) = palette.as_chunks::<3>();
         let colours = colours.to_vec();
         palette.resize(3 * (COLOURS + 1), 0);
-        let side = 1usize << BITS;
-        let middle = |step: usize| ((step << (8 - BITS)) | (1 << (7 - BITS))) as u8;
+        let side = 1usize << LOOKUP_BITS;
+        let middle = |step: usize| ((step << (8 - LOOKUP_BITS)) | (1 << (7 - LOOKUP_BITS))) as u8;
         let nearest = (0..side * side * side).map(|at| {
             let [r, g, b] = [at / side / side, at / side % side, at % side].map(middle);
             let off = |it: &[u8]| -> u32 {
@@ -179,8 +180,8 @@ impl Colours {
     }
 
     fn nearest(&self, [r, g, b]: [u8; 3]) -> u8 {
-        let [r, g, b] = [r, g, b].map(|it| usize::from(it >> (8 - BITS)));
-        let at = ((r << BITS | g) << BITS) | b;
+        let [r, g, b] = [r, g, b].map(|it| usize::from(it >> (8 - LOOKUP_BITS)));
+        let at = ((r << LOOKUP_BITS | g) << LOOKUP_BITS) | b;
         self.nearest.get(at).copied().unwrap_or(0)
     }
 }

@@ -15,13 +15,13 @@ const FILES_MAX: usize = 4000;
 const DEPTH_MAX: usize = 6;
 /// Largest font file that is read, bytes.
 const BYTES_MAX: u64 = 64 << 20;
-/// Characters of one block are missing together: this many share their number without the last
-/// bits.
+/// Number of low bits of a character's code that do not count for its block. If no font has one
+/// character of a block, the whole block counts as missing.
 const BLOCK_BITS: u32 = 7;
 
 /// Adds the fonts of this computer to an interface.
 pub fn add(context: &egui::Context) {
-    // A character without a font is a box, so that no name ends the program.
+    // A character without a font is drawn as a box, so that no name can end the program.
     context.set_missing_glyph_policy(egui::MissingGlyphPolicy::Tofu);
     context.add_font_provider(Arc::new(SystemFonts::of(folders(|name| {
         std::env::var_os(name)
@@ -65,7 +65,7 @@ impl SystemFonts {
         if missing.contains(&block) {
             return None;
         }
-        // A name has one font, if one font has its characters.
+        // Fonts in use come first, so that one font serves a whole name, if it has all characters.
         let again = used.iter().map(|(file, _)| file.clone());
         let mut all = again.chain(files.iter().cloned());
         let font = all.find_map(|file| {
@@ -211,7 +211,7 @@ mod tests {
         assert!(rank("DejaVuSans.ttf") < rank("DejaVuSansMono.ttf"));
     }
 
-    /// A built-in font stands for a font of the computer. Files that are no fonts are passed over.
+    /// A built-in font stands for a font of the computer. Files that are no fonts are ignored.
     #[test]
     fn a_font_is_found_by_its_characters_alone() {
         let folder = tempfile::tempdir().unwrap();

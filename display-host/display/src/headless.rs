@@ -55,7 +55,7 @@ pub struct HeadlessConfig {
     pub tick_cpu: Option<usize>,
     /// Set once the outcome of the run's task is decided: the run then ends.
     pub task_over: Option<Arc<AtomicBool>>,
-    /// State of the task. A critical view of it is drawn once it was held.
+    /// State of the task. A critical view is drawn once the trainee has held it.
     pub task: Option<Arc<Mutex<TaskView>>>,
     /// True if a missing graphics driver is an error; otherwise it is a warning, and the run
     /// continues without pictures.

@@ -12,7 +12,7 @@ use crate::ui::TaskView;
 /// Files of the views from the front and from behind.
 pub const VIEWS: [&str; 2] = ["critical_view_front.png", "critical_view_behind.png"];
 
-/// Watches a task for views that were held.
+/// Watches a task for critical views that the trainee has held.
 #[derive(Debug, Clone)]
 pub(crate) struct Watch {
     task: Arc<Mutex<TaskView>>,

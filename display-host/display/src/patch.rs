@@ -1,6 +1,6 @@
 //! The square that `calot photon` watches. The number of the tick that a picture shows makes the
 //! square bright or dark; the place of the handle can do so instead. A light sensor on the square
-//! then tells at which time a tick, or a motion, was seen.
+//! then measures at which time a tick, or a motion, became visible.
 
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -77,7 +77,7 @@ pub struct Surface {
     pub size: [u32; 2],
     /// True if the window covers the screen.
     pub full_screen: bool,
-    /// Refresh rate of the screen, Hz; `None` if the window system does not tell.
+    /// Refresh rate of the screen, Hz; `None` if the window system does not report it.
     pub refresh_hz: Option<f64>,
     /// Rule by which the driver takes pictures.
     pub present_mode: String,
@@ -94,12 +94,12 @@ pub struct Patch {
     every_ticks: u64,
     /// Numbers of `By` and `Place`.
     setting: [AtomicU8; 2],
-    told: Mutex<Told>,
+    findings: Mutex<Findings>,
 }
 
 /// Findings of the window.
 #[derive(Debug, Default)]
-struct Told {
+struct Findings {
     last: Option<bool>,
     changed: Vec<Changed>,
     arrived_last: Option<bool>,
@@ -122,11 +122,11 @@ impl Patch {
             full_screen,
             every_ticks: every_ticks.max(1),
             setting: Default::default(),
-            told: Mutex::default(),
+            findings: Mutex::default(),
         }
     }
 
-    /// Places the square, and says what changes it.
+    /// Sets the square's place, and the cause that changes the square.
     pub fn set(&self, place: Place, by: By) {
         let [to_by, to_place] = &self.setting;
         to_by.store(by as u8, Ordering::Relaxed);
@@ -148,17 +148,17 @@ impl Patch {
 
     /// The changes since the last call.
     pub fn take_changed(&self) -> Vec<Changed> {
-        std::mem::take(&mut self.told().changed)
+        std::mem::take(&mut self.findings().changed)
     }
 
     /// The changes that came to the screen since the last call.
     pub fn take_arrived(&self) -> Vec<Arrived> {
-        std::mem::take(&mut self.told().arrived)
+        std::mem::take(&mut self.findings().arrived)
     }
 
     /// Screen and driver, once the window is open.
     pub fn surface(&self) -> Option<Surface> {
-        self.told().surface.clone()
+        self.findings().surface.clone()
     }
 
     /// The square as it belongs to a picture of these tools.
@@ -177,13 +177,13 @@ impl Patch {
 
     /// Notes that the picture with this square was handed to the screen.
     pub(crate) fn handed(&self, lit: Lit, handed_ns: u64, surface: impl FnOnce() -> Surface) {
-        let mut told = self.told();
-        if told.last.replace(lit.bright) != Some(lit.bright) {
-            told.changed.push(Changed {
+        let mut findings = self.findings();
+        if findings.last.replace(lit.bright) != Some(lit.bright) {
+            findings.changed.push(Changed {
                 bright: lit.bright,
                 handed_ns,
             });
-            told.surface = Some(surface());
+            findings.surface = Some(surface());
         }
     }
 
@@ -192,9 +192,9 @@ impl Patch {
         if presented.way == Way::Skip {
             return;
         }
-        let mut told = self.told();
-        if told.arrived_last.replace(lit.bright) != Some(lit.bright) {
-            told.arrived.push(Arrived {
+        let mut findings = self.findings();
+        if findings.arrived_last.replace(lit.bright) != Some(lit.bright) {
+            findings.arrived.push(Arrived {
                 bright: lit.bright,
                 handed_ns,
                 at_ns: presented.at_ns,
@@ -202,8 +202,8 @@ impl Patch {
         }
     }
 
-    fn told(&self) -> MutexGuard<'_, Told> {
-        self.told.lock().unwrap_or_else(PoisonError::into_inner)
+    fn findings(&self) -> MutexGuard<'_, Findings> {
+        self.findings.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -237,7 +237,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_square_changes_with_every_so_many_ticks() {
+    fn the_square_changes_after_its_number_of_ticks() {
         let patch = Patch::new(true, 499);
         let bright = |tick| patch.is_bright(By::Tick, tick, [0.0; 3]);
         let changes: Vec<u64> = (1..2000).filter(|&n| bright(n) != bright(n - 1)).collect();
@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn only_pictures_that_change_the_square_are_told_with_their_screen() {
+    fn only_pictures_that_change_the_square_are_reported_with_their_screen() {
         let patch = Patch::new(true, 499);
         let surface = || Surface {
             size: [640, 480],
@@ -308,8 +308,8 @@ mod tests {
             );
         }
         let arrived = patch.take_arrived();
-        let told: Vec<_> = arrived.iter().map(|it| (it.bright, it.at_ns)).collect();
-        assert_eq!(told, [(false, 8_000_000), (true, 508_000_000)]);
+        let findings: Vec<_> = arrived.iter().map(|it| (it.bright, it.at_ns)).collect();
+        assert_eq!(findings, [(false, 8_000_000), (true, 508_000_000)]);
         assert_eq!(arrived[1].handed_ns, 501_000_000);
         assert!(patch.take_arrived().is_empty());
     }

@@ -1,8 +1,8 @@
-//! Times at which the screen got the window's pictures, if the window system tells them.
+//! Times at which the screen got the window's pictures, if the window system reports them.
 //!
-//! On X11 the screen begins to show a flipped picture at the time that is told. A copied picture is
-//! in the window at that time, and a compositor may still show it a frame later. A Wayland
-//! compositor tells when the screen began to show the picture, copied or not.
+//! On X11 the screen begins to show a flipped picture at the reported time. A copied picture is in
+//! the window at that time, and a compositor may still show it a frame later. A Wayland compositor
+//! reports when the screen began to show the picture, copied or not.
 
 use std::collections::VecDeque;
 
@@ -10,10 +10,11 @@ use figures::{Distribution, PresentationSummary};
 
 use crate::latency::FrameRecord;
 
-/// Largest number of pictures whose times are not told yet. A driver has at most a few under way.
+/// Largest number of pictures that wait for the report of their time. A driver has at most a few
+/// under way.
 pub(crate) const WAITING_MAX: usize = 64;
-/// A told time is of this computer's clock if it is at most so long before its picture was handed
-/// over, or after now, ns.
+/// Tolerance of the check that a reported time is of this computer's clock, ns: the time lies at
+/// most this long before its picture was handed over, and at most this long after now.
 const CLOCK_NS: u64 = 60_000_000_000;
 
 /// Way of a picture to the screen.
@@ -27,7 +28,7 @@ pub enum Way {
     Skip,
 }
 
-/// Interface of the window system that tells the times.
+/// Interface of the window system that reports the times.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
     /// The X server's extension Present.
@@ -47,12 +48,12 @@ impl Source {
     }
 }
 
-/// Further words of a Wayland compositor about a time.
+/// Further data of a Wayland compositor about a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ScreenTime {
     /// Time between two refreshes of the screen, ns; `None` if the compositor does not know.
     pub refresh_ns: Option<u32>,
-    /// True if the screen's hardware told the time, false if the compositor read a clock.
+    /// True if the screen's hardware measured the time, false if the compositor read a clock.
     pub by_hardware: bool,
 }
 
@@ -63,11 +64,11 @@ pub struct Presented {
     pub at_ns: u64,
     /// Its way.
     pub way: Way,
-    /// Whose time it is; `None` on X11.
+    /// Origin of the time, and the screen's refresh time; `None` on X11.
     pub screen: Option<ScreenTime>,
 }
 
-/// Reason for which nothing is told.
+/// Reason for which no times are reported.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum Missing {
     /// No window was opened.
@@ -79,11 +80,13 @@ pub enum Missing {
     NoProtocol,
     /// The window system cannot be asked.
     Refused(String),
-    /// Nothing was told although pictures were handed over: the driver shows them in another way.
+    /// No time was reported although pictures were handed over: the driver shows them in another
+    /// way.
     Driver,
-    /// The Wayland compositor told nothing although pictures were handed over.
+    /// The Wayland compositor reported nothing although pictures were handed over.
     Compositor,
-    /// The Wayland compositor's times are of a clock of this number, or it named none.
+    /// The Wayland compositor's times are of a clock with this number, which Calot does not know.
+    /// `None`: the compositor named no clock.
     UnknownClock(Option<u32>),
     /// The times are of another clock: the window system runs on another computer.
     OtherClock,
@@ -101,12 +104,12 @@ impl std::fmt::Display for Missing {
             ),
             Self::Refused(why) => write!(f, "the window system did not answer: {why}"),
             Self::Driver => f.write_str(
-                "the graphics driver does not provide them: it shows pictures without the X \
+                "the graphics driver does not provide the times: it shows pictures without the X \
                  server's extension Present",
             ),
             Self::Compositor => f.write_str(
-                "the Wayland compositor told nothing of the pictures: the window was hidden, or open \
-                 too briefly",
+                "the Wayland compositor reported nothing about the pictures: the window was hidden, or \
+                 open too briefly",
             ),
             Self::UnknownClock(Some(number)) => write!(
                 f,
@@ -116,7 +119,8 @@ impl std::fmt::Display for Missing {
                 f.write_str("the Wayland compositor does not say of which clock its times are")
             }
             Self::OtherClock => f.write_str(
-                "the window system's times are of another clock: it runs on another computer",
+                "the window system's times are of another clock: the window system runs on another \
+                 computer",
             ),
         }
     }
@@ -137,7 +141,7 @@ pub struct Presentation {
     pub copies: u64,
     /// Number of pictures that did not come to the screen.
     pub skips: u64,
-    /// Number of pictures whose time the screen's hardware told.
+    /// Number of pictures whose time the screen's hardware measured.
     pub by_hardware: u64,
     /// Newest time between two refreshes of the screen, ns.
     pub refresh_ns: Option<u32>,
@@ -164,7 +168,7 @@ impl Presentation {
         }
     }
 
-    /// Reason for which nothing was told. `None`: presentations were told.
+    /// Reason for which no presentation was reported. `None`: presentations were reported.
     #[must_use]
     pub fn missing(&self) -> Option<Missing> {
         let silent = match self.source {
@@ -186,7 +190,7 @@ impl Presentation {
         let on_wayland = source == Some(Source::WpPresentation);
         PresentationSummary {
             source: source.map(Source::name),
-            // What was told may also have come to an end.
+            // The window system may have stopped answering after its first reports.
             missing: missing.or(self.refused.clone()).map(|it| it.to_string()),
             flips: self.flips,
             copies: self.copies,
@@ -198,8 +202,8 @@ impl Presentation {
 }
 
 /// Pictures on their way, in the order of handing over. The drivers of Mesa number the pictures of
-/// a swapchain from 1 on, and begin anew in the next swapchain. Where no picture has the number
-/// that is told, the difference to the last one counts.
+/// a swapchain from 1 on, and begin anew in the next swapchain. If no picture has the reported
+/// number, the difference from the last reported number decides.
 #[derive(Debug)]
 pub(crate) struct Order<T> {
     /// Pictures, with the number of their swapchain and their own number in it, from 1 on.
@@ -207,7 +211,7 @@ pub(crate) struct Order<T> {
     swapchain: u64,
     /// Number of pictures of this swapchain.
     count: u32,
-    /// Swapchain and serial number of the last picture that was told.
+    /// Swapchain and serial number of the last picture that was reported.
     last: Option<(u64, u32)>,
 }
 
@@ -229,7 +233,7 @@ impl<T> Order<T> {
         self.count = 0;
     }
 
-    /// Notes that a picture was handed over. Nothing may ever be told of it.
+    /// Notes that a picture was handed over. It may never be reported.
     pub(crate) fn hand(&mut self, picture: T) {
         if self.waiting.len() == WAITING_MAX {
             self.waiting.pop_front();
@@ -239,8 +243,9 @@ impl<T> Order<T> {
             .push_back((self.swapchain, self.count, picture));
     }
 
-    /// The picture with this serial number, which is told now. Earlier ones are forgotten.
-    pub(crate) fn told(&mut self, serial: u32) -> Option<T> {
+    /// The picture with this serial number, which the window system reports now. Earlier pictures
+    /// are forgotten.
+    pub(crate) fn take_reported(&mut self, serial: u32) -> Option<T> {
         let exact = self.waiting.iter().position(|it| it.1 == serial);
         let left_out = match self.last {
             _ if exact.is_some() => exact.unwrap_or_default() as u32,
@@ -263,8 +268,8 @@ impl<T> Order<T> {
     }
 }
 
-/// True if a told time may be one of this computer's clock: from the handing over of its picture to
-/// now. Nobody may have read what was told for a long time.
+/// True if a reported time may be one of this computer's clock: it lies between the handing over of
+/// its picture and now. The report may be read long after it came.
 pub(crate) const fn is_this_clock(at_ns: u64, handed_ns: u64, now_ns: u64) -> bool {
     at_ns.saturating_add(CLOCK_NS) > handed_ns && at_ns < now_ns.saturating_add(CLOCK_NS)
 }
@@ -286,21 +291,26 @@ mod tests {
     }
 
     #[test]
-    fn pictures_are_told_in_their_order_and_lost_ones_are_left_out() {
+    fn reports_go_to_their_pictures_in_order_and_skip_lost_ones() {
         let mut order = Order::default();
         for picture in 'a'..='f' {
             order.hand(picture);
         }
-        // The third was never told.
-        let told: Vec<_> = [1, 2, 4, 5].map(|serial| order.told(serial)).into();
-        assert_eq!(told, [Some('a'), Some('b'), Some('d'), Some('e')]);
-        // The window was resized: the driver counts anew, and 'f' is never told.
+        // The third picture was never reported.
+        let reported: Vec<_> = [1, 2, 4, 5]
+            .map(|serial| order.take_reported(serial))
+            .into();
+        assert_eq!(reported, [Some('a'), Some('b'), Some('d'), Some('e')]);
+        // The window was resized: the driver counts anew, and 'f' is never reported.
         order.renew();
         for picture in 'x'..='z' {
             order.hand(picture);
         }
-        assert_eq!([1, 2].map(|it| order.told(it)), [Some('x'), Some('y')]);
-        assert_eq!([3, 4].map(|it| order.told(it)), [Some('z'), None]);
+        assert_eq!(
+            [1, 2].map(|it| order.take_reported(it)),
+            [Some('x'), Some('y')]
+        );
+        assert_eq!([3, 4].map(|it| order.take_reported(it)), [Some('z'), None]);
     }
 
     #[test]
@@ -309,12 +319,15 @@ mod tests {
         for picture in ['a', 'b', 'c'] {
             order.hand(picture);
         }
-        assert_eq!(order.told(1), Some('a'));
-        // 'b' and 'c' are never told.
+        assert_eq!(order.take_reported(1), Some('a'));
+        // 'b' and 'c' are never reported.
         order.renew();
         order.hand('x');
         order.hand('y');
-        assert_eq!([1, 2].map(|it| order.told(it)), [Some('x'), Some('y')]);
+        assert_eq!(
+            [1, 2].map(|it| order.take_reported(it)),
+            [Some('x'), Some('y')]
+        );
     }
 
     #[test]
@@ -323,12 +336,12 @@ mod tests {
         for picture in 'a'..='e' {
             order.hand(picture);
         }
-        let told = [700, 701, 703].map(|serial| order.told(serial));
-        assert_eq!(told, [Some('a'), Some('b'), Some('d')]);
+        let reported = [700, 701, 703].map(|serial| order.take_reported(serial));
+        assert_eq!(reported, [Some('a'), Some('b'), Some('d')]);
     }
 
     #[test]
-    fn a_driver_that_tells_nothing_takes_no_memory() {
+    fn the_memory_is_bounded_if_a_driver_reports_nothing() {
         let mut order = Order::default();
         for picture in 0..100_000 {
             order.hand(picture);
@@ -337,8 +350,8 @@ mod tests {
     }
 
     #[test]
-    fn only_pictures_of_the_newest_state_that_were_shown_have_a_motion() {
-        let mut told = Presentation {
+    fn motion_is_measured_only_for_shown_pictures_of_the_newest_state() {
+        let mut presentation = Presentation {
             source: Some(Source::X11Present),
             ..Presentation::default()
         };
@@ -347,27 +360,30 @@ mod tests {
             way,
             screen: None,
         };
-        told.note(Some(&frame(1_000_000, true)), at(21_000_000, Way::Flip));
-        told.note(Some(&frame(1_000_000, false)), at(99_000_000, Way::Copy));
-        told.note(Some(&frame(1_000_000, true)), at(99_000_000, Way::Skip));
-        told.note(None, at(99_000_000, Way::Copy));
-        assert_eq!((told.flips, told.copies, told.skips), (1, 2, 1));
-        let motion = told.motion.quantiles();
+        presentation.note(Some(&frame(1_000_000, true)), at(21_000_000, Way::Flip));
+        presentation.note(Some(&frame(1_000_000, false)), at(99_000_000, Way::Copy));
+        presentation.note(Some(&frame(1_000_000, true)), at(99_000_000, Way::Skip));
+        presentation.note(None, at(99_000_000, Way::Copy));
+        assert_eq!(
+            (presentation.flips, presentation.copies, presentation.skips),
+            (1, 2, 1)
+        );
+        let motion = presentation.motion.quantiles();
         assert!(motion.count == 1 && motion.max.abs_diff(20_000_000) < 100_000);
-        assert_eq!(told.missing(), None);
-        let summary = told.summary();
+        assert_eq!(presentation.missing(), None);
+        let summary = presentation.summary();
         assert_eq!((summary.source, summary.copies), (Some("x11_present"), 2));
         assert_eq!((summary.missing, summary.by_hardware), (None, None));
         // Then the server ended.
-        told.refused = Some(Missing::Refused("gone".into()));
-        let summary = told.summary();
+        presentation.refused = Some(Missing::Refused("gone".into()));
+        let summary = presentation.summary();
         assert_eq!(summary.source, Some("x11_present"));
         assert!(summary.missing.is_some_and(|it| it.contains("gone")));
     }
 
     #[test]
-    fn a_compositors_words_on_rate_and_clock_are_kept() {
-        let mut told = Presentation {
+    fn a_compositors_refresh_time_and_clock_are_kept() {
+        let mut presentation = Presentation {
             source: Some(Source::WpPresentation),
             ..Presentation::default()
         };
@@ -379,9 +395,9 @@ mod tests {
                 by_hardware,
             }),
         };
-        told.note(None, screen(Some(16_666_666), true));
-        told.note(None, screen(None, false));
-        let summary = told.summary();
+        presentation.note(None, screen(Some(16_666_666), true));
+        presentation.note(None, screen(None, false));
+        let summary = presentation.summary();
         assert_eq!(summary.source, Some("wp_presentation"));
         assert_eq!((summary.flips, summary.by_hardware), (2, Some(1)));
         assert_eq!(summary.refresh_ns, Some(16_666_666));
@@ -389,30 +405,30 @@ mod tests {
 
     #[test]
     fn each_reason_says_what_is_missing() {
-        let mut told = Presentation::default();
-        assert_eq!(told.missing(), Some(Missing::NoWindow));
-        told.handed = 3;
-        assert_eq!(told.missing(), Some(Missing::Driver));
-        told.source = Some(Source::WpPresentation);
-        assert_eq!(told.missing(), Some(Missing::Compositor));
-        assert_eq!(told.summary().source, None);
+        let mut presentation = Presentation::default();
+        assert_eq!(presentation.missing(), Some(Missing::NoWindow));
+        presentation.handed = 3;
+        assert_eq!(presentation.missing(), Some(Missing::Driver));
+        presentation.source = Some(Source::WpPresentation);
+        assert_eq!(presentation.missing(), Some(Missing::Compositor));
+        assert_eq!(presentation.summary().source, None);
         let said = |missing: Missing, words: &str| {
-            let told = Presentation {
+            let presentation = Presentation {
                 refused: Some(missing),
                 handed: 3,
                 ..Presentation::default()
             };
-            let text = told.missing().map(|it| it.to_string());
+            let text = presentation.missing().map(|it| it.to_string());
             assert!(text.is_some_and(|it| it.contains(words)), "{words}");
         };
         said(Missing::NoWindow, "no window was opened");
         said(Missing::NoProtocol, "lacks wp_presentation");
-        said(Missing::Compositor, "told nothing of the pictures");
+        said(Missing::Compositor, "reported nothing about the pictures");
         said(Missing::UnknownClock(Some(11)), "clock 11, which");
         said(Missing::UnknownClock(None), "of which clock");
         said(Missing::NoExtension, "lacks the extension Present");
         said(Missing::Refused("gone".into()), "did not answer: gone");
-        said(Missing::Driver, "driver does not provide them");
+        said(Missing::Driver, "driver does not provide the times");
         said(Missing::OtherClock, "runs on another computer");
     }
 

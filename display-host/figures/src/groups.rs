@@ -1,15 +1,18 @@
-//! Charts of groups beside each other: a dot for each member, the quartiles as a box, the median as
-//! a bar.
+//! Chart of groups next to each other: a dot for each member, a box for the quartiles, a bar for
+//! the median.
 
 use core::fmt::Write as _;
 
 use crate::html::escape;
 
-/// Fill of each group in turn, for people with colour blindness too (Okabe and Ito 2008).
+/// Fill colours of the groups, in turn. People with colour blindness can tell them apart (Okabe and
+/// Ito 2008).
 const COLORS: [&str; 5] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00"];
+/// Colour of the text.
 const INK: &str = "#282c34";
+/// Width and height of the chart, px.
 const SIZE: [f64; 2] = [360.0, 260.0];
-/// Edges of the area of the values: left, right, top, bottom.
+/// Edges of the plotted area: left, right, top, bottom, px.
 const AREA: [f64; 4] = [58.0, 350.0, 34.0, 216.0];
 
 /// A group of a chart.
@@ -23,8 +26,8 @@ pub struct Group {
     pub quartiles: [f64; 3],
 }
 
-/// Draws groups beside each other as SVG. `title` says what the values are, with their unit.
-/// `None`: there is no value.
+/// Draws the groups as SVG. `title` names the values and their unit. Returns `None` if no value is
+/// finite.
 #[must_use]
 pub fn groups(title: &str, groups: &[Group]) -> Option<String> {
     let values = groups.iter().flat_map(|it| it.values.iter().copied());
@@ -35,7 +38,7 @@ pub fn groups(title: &str, groups: &[Group]) -> Option<String> {
     if least > most {
         return None;
     }
-    // Zero is shown where it is near, so that lengths can be compared.
+    // The axis begins at zero if the least value is below half of the largest.
     let floor = if least > 0.0 && least < 0.5 * most {
         0.0
     } else {
@@ -62,9 +65,9 @@ pub fn groups(title: &str, groups: &[Group]) -> Option<String> {
         SIZE[1],
         title = escape(title)
     );
-    let every = step(high - low, 4.0);
-    let digits = (-every.log10().floor()).max(0.0) as usize;
-    let mut tick = (low / every).ceil() * every;
+    let interval = step(high - low, 4.0);
+    let digits = (-interval.log10().floor()).max(0.0) as usize;
+    let mut tick = (low / interval).ceil() * interval;
     while tick <= high {
         let at = y(tick);
         let _ = write!(
@@ -74,17 +77,19 @@ pub fn groups(title: &str, groups: &[Group]) -> Option<String> {
             left - 6.0,
             at + 4.0
         );
-        tick += every;
+        tick += interval;
     }
     let width = (right - left) / groups.len() as f64;
     for ((number, group), color) in groups.iter().enumerate().zip(COLORS.iter().cycle()) {
         let middle = left + width * (number as f64 + 0.5);
-        one(&mut svg, group, (middle, 0.3 * width.min(120.0)), color, &y);
+        draw_group(&mut svg, group, (middle, 0.3 * width.min(120.0)), color, &y);
     }
     Some(svg + "</svg>")
 }
 
-fn one(
+/// Draws one group. `middle` is its place on the horizontal axis, and `half` is half of its width,
+/// px; `y` turns a value into a vertical place.
+fn draw_group(
     svg: &mut String,
     group: &Group,
     (middle, half): (f64, f64),
@@ -116,7 +121,7 @@ fn one(
         );
     }
     for (number, value) in finite.iter().enumerate() {
-        // Dots of equal values lie beside each other.
+        // Each dot is shifted sideways by another amount, so that equal values stay visible.
         let shift = (number as f64 * 0.618_034).fract() - 0.5;
         let _ = write!(
             svg,
@@ -125,13 +130,13 @@ fn one(
             y(*value)
         );
     }
-    let short: String = group.name.chars().take(18).collect();
+    let short_name: String = group.name.chars().take(18).collect();
     let _ = write!(
         svg,
         "<text x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\" fill=\"{INK}\">{}</text>\
          <text x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\" fill=\"#555\">n = {}</text>",
         AREA[3] + 18.0,
-        escape(&short),
+        escape(&short_name),
         AREA[3] + 34.0,
         finite.len()
     );
@@ -158,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn every_member_has_a_dot_and_names_are_no_markup() {
+    fn every_member_has_a_dot_and_names_are_escaped() {
         let all = [group("<b>", &[1.0, 2.0, f64::NAN, 3.0]), group("b", &[2.5])];
         let drawn = groups("time, s", &all).unwrap();
         assert_eq!(drawn.matches("<circle").count(), 4);

@@ -1,32 +1,34 @@
-//! Way of pictures to the screen, in documents.
+//! Presentation of a window's pictures on the screen, as JSON files and reports state it.
 
 use serde::Serialize;
 
-/// Way of the window's pictures to the screen.
+/// Presentation of a window's pictures on the screen.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct PresentationSummary {
-    /// `x11_present` or `wp_presentation`; `None` if nothing told when pictures were presented.
+    /// Interface that gave the presentation times: `x11_present` or `wp_presentation`; `None` if
+    /// none gave them.
     pub source: Option<&'static str>,
-    /// Reason for which nothing was told, or nothing more from some time on.
+    /// Reason for missing times. They are all missing if `source` is `None`, otherwise only the
+    /// later ones.
     pub missing: Option<String>,
-    /// Pictures that the screen showed from their own memory: their time is that of the screen.
+    /// Pictures that the screen showed from their own memory. Their time is the screen's.
     pub flips: u64,
     /// Pictures that were copied. On X11 they were copied into the window, and a compositor may
     /// show them later.
     pub copies: u64,
-    /// Pictures in whose place a later one was shown.
+    /// Pictures that were never shown, because a later one took their place.
     pub skips: u64,
-    /// Pictures whose time the screen's hardware told, on Wayland.
+    /// Pictures whose time the screen's hardware gave; `None` on X11.
     pub by_hardware: Option<u64>,
-    /// Time between two refreshes of the screen, ns, if a Wayland compositor tells.
+    /// Time between two refreshes of the screen, ns, if a Wayland compositor gives it.
     pub refresh_ns: Option<u32>,
 }
 
 impl PresentationSummary {
-    /// Sentence without a full stop.
+    /// All of this in words: a sentence without a full stop.
     #[must_use]
     pub fn said(&self) -> String {
-        let ways = match self.by_hardware {
+        let counts = match self.by_hardware {
             None => format!(
                 "presentation times of the X server (extension Present): {} pictures by a flip, {} by \
                  a copy into the window, {} skipped",
@@ -47,8 +49,8 @@ impl PresentationSummary {
         };
         match (&self.missing, self.source) {
             (Some(missing), None) => format!("no presentation times: {missing}"),
-            (Some(missing), Some(_)) => format!("{ways}; later none: {missing}"),
-            (None, _) => ways,
+            (Some(missing), Some(_)) => format!("{counts}; later none: {missing}"),
+            (None, _) => counts,
         }
     }
 }
@@ -58,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_words_have_either_the_ways_or_the_reason() {
+    fn the_sentence_has_the_counts_or_the_reason_for_missing_times() {
         let mut told = PresentationSummary {
             source: Some("x11_present"),
             flips: 900,

@@ -1,4 +1,4 @@
-//! Copies what is whole of a session, and says what is lost.
+//! Copies the undamaged parts of a session, and reports what is lost.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -44,10 +44,11 @@ pub(crate) struct Copy {
     tracker: Tracker,
     /// Scene that replaces the session's damaged one.
     scene: Option<Vec<u8>>,
-    /// True once there is the session's description, and its scene.
+    /// True once the session's description is copied.
     has_info: bool,
+    /// True once the session's scene is copied.
     has_scene: bool,
-    /// Words of an earlier repair about missing parts.
+    /// Description, by an earlier repair, of the parts that the session lacks.
     before: BTreeMap<String, String>,
     left_out_bytes: u64,
 }
@@ -112,7 +113,7 @@ impl Copy {
                 break end;
             };
             self.tracker.damage(match end {
-                End::BrokenOff(_) => format!("at byte {at}: a false length of a record"),
+                End::BrokenOff(_) => format!("at byte {at}: a record with a wrong length"),
                 End::Damaged(why) | End::Lost(why) => why,
                 End::Whole => String::new(),
             });
@@ -189,7 +190,7 @@ impl Copy {
                 self.tracker.keep(&header);
                 self.writer.write_to_known_channel(&header, &data)
             }
-            // The copy has its own words about what it lacks.
+            // The copy gets its own description of what it lacks.
             Record::Metadata(metadata) if metadata.name == info::REPAIRED => {
                 self.before = metadata.metadata;
                 Ok(())
@@ -220,8 +221,8 @@ impl Copy {
         }
     }
 
-    /// Takes the description of a channel from the index, if the chunk that had it is lost. False
-    /// if it is not there.
+    /// Takes the description of a channel from the index, if the chunk with the description is
+    /// lost. Returns false if the index lacks it.
     fn describe(&mut self, channel: u16) -> mcap::McapResult<bool> {
         let index = self.index.as_ref();
         let channels = index.map(|it| it.channels.get(&channel));
@@ -243,7 +244,7 @@ impl Copy {
         Ok(true)
     }
 
-    /// Ends the copy with words about what it lacks.
+    /// Ends the copy with a description of what it lacks.
     fn finish(mut self, end: End) -> Result<Copied, String> {
         let messages = self.tracker.kept();
         let mut topics = self.topics;
@@ -285,7 +286,7 @@ impl Copy {
 
 /// Reason why a record is not copied.
 enum Problem {
-    /// The reading cannot go on at the next record.
+    /// Reading cannot continue at the next record.
     Read(End),
     /// The record is damaged, and its length is right.
     Chunk(End),

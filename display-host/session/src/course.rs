@@ -470,7 +470,7 @@ mod tests {
     }
 
     #[test]
-    fn an_hour_of_it_leaves_room_for_the_inputs() {
+    fn an_hour_of_the_course_leaves_room_for_the_inputs() {
         // An entry, the head of its record (9), the head of its message (22), its index (16).
         let bytes = LONGEST_BYTES + 9 + 22 + 16;
         assert!(bytes * 100 * 3600 < 80_000_000, "{bytes}");

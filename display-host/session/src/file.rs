@@ -83,8 +83,10 @@ pub(crate) struct SessionFile {
     has_setup: bool,
     pub(crate) ticks: Ticks,
     pub(crate) events: Events,
+    /// Timing since the last flush.
     second: viewer::Second,
-    told: Option<Sender<Entry>>,
+    /// Receiver of the course's entries, beside the file.
+    listener: Option<Sender<Entry>>,
     sequence: u32,
     packed: Vec<u8>,
     /// Host time of the newest inputs, ns.
@@ -162,7 +164,7 @@ impl SessionFile {
             ticks: Ticks::default(),
             events: Events::default(),
             second: viewer::Second::default(),
-            told: None,
+            listener: None,
             sequence: 0,
             packed: Vec::new(),
             newest_ns: 0,
@@ -182,14 +184,14 @@ impl SessionFile {
 
     /// From now on, sends every entry of the course to `course` as well, for a running assessment.
     pub(crate) fn tell(&mut self, course: Sender<Entry>) {
-        self.told = Some(course);
+        self.listener = Some(course);
     }
 
     fn course(&mut self, entry: &Entry) -> Result<(), Error> {
         // If the receiver is gone, only the file takes the entries.
         let gone = |course: &Sender<Entry>| course.send(*entry).is_err();
-        if self.told.as_ref().is_some_and(gone) {
-            self.told = None;
+        if self.listener.as_ref().is_some_and(gone) {
+            self.listener = None;
         }
         let mut packed = core::mem::take(&mut self.packed);
         packed.clear();
@@ -342,13 +344,13 @@ impl SessionFile {
         if let Some(entry) = Entry::of_event(event) {
             self.course(&entry)?;
         }
-        let said = viewer::event(event, &self.organs);
+        let described = viewer::event(event, &self.organs);
         let line = viewer::line(
-            &said,
+            &described,
             EventKind::try_from(event.kind).ok(),
             self.wall_ns(event.at_ns),
         );
-        self.message(self.channels.events, event.at_ns, &said)?;
+        self.message(self.channels.events, event.at_ns, &described)?;
         self.message(self.channels.log, event.at_ns, &line)
     }
 

@@ -21,16 +21,16 @@ pub struct Health {
     /// Events that happened and are not recorded.
     pub missing_events: u64,
     /// Time of the writing thread's last report. `None`: silence does not count as hanging.
-    pub told: Option<Instant>,
+    pub reported: Option<Instant>,
 }
 
 impl Health {
     /// State at `now`. If the writing thread was silent for too long, the disk counts as hanging.
     #[must_use]
     pub fn at(mut self, now: Instant) -> Self {
-        let silent = self
-            .told
-            .map_or(Duration::ZERO, |told| now.saturating_duration_since(told));
+        let silent = self.reported.map_or(Duration::ZERO, |reported| {
+            now.saturating_duration_since(reported)
+        });
         if silent > SILENT_MAX && self.standing == Standing::Recording {
             self.standing = Standing::Hanging;
         }
@@ -103,15 +103,15 @@ impl Recorded {
         let file = self.file.display();
         if let Some(why) = &self.problem {
             return Some(format!(
-                "the recording {file} ends early ({why}); what is in it can be replayed. Make room, or record \
-                 elsewhere with --record"
+                "the recording {file} ends early ({why}); the recorded part can be replayed. Make room, or \
+                 record elsewhere with --record"
             ));
         }
         let ticks = (self.missing > 0)
             .then(|| format!("{} ticks; a replay ends at the first of them", self.missing));
         let events = (self.missing_events > 0).then(|| {
             format!(
-                "{} events, which no assessment of it includes",
+                "{} events, which no assessment of the recording includes",
                 self.missing_events
             )
         });
@@ -131,16 +131,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_disk_that_says_nothing_hangs_and_one_that_refuses_refuses() {
-        let told = Instant::now();
+    fn a_silent_disk_hangs_unless_it_has_refused_the_data() {
+        let reported = Instant::now();
         let health = |standing| Health {
             standing,
-            told: Some(told),
+            reported: Some(reported),
             ..Health::default()
         };
-        let later = told + SILENT_MAX * 2;
+        let later = reported + SILENT_MAX * 2;
         let recording = health(Standing::Recording);
-        assert_eq!(recording.at(told).standing, Standing::Recording);
+        assert_eq!(recording.at(reported).standing, Standing::Recording);
         assert_eq!(recording.at(later).standing, Standing::Hanging);
         assert_eq!(
             health(Standing::Refused).at(later).standing,

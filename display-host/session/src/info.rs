@@ -15,7 +15,7 @@ pub(crate) const REPAIRED: &str = "calot.repaired";
 /// Key of the place where a repaired session broke off.
 pub(crate) const WHY: &str = "why";
 
-/// Key of the words about what a repaired session lost before its end.
+/// Key of the text about what a repaired session lost before its end.
 pub(crate) const LOST: &str = "lost";
 
 /// Name of the metadata record with the session's purpose.
@@ -38,8 +38,8 @@ pub struct Assignment {
     pub is_scripted: bool,
 }
 
-/// Name of the endoscope drill. It begins at once, because to hold the endoscope still is its work:
-/// it may show the first organ from the start.
+/// Name of the endoscope drill. It begins at once, not with the first move: a trainee may have to
+/// hold the endoscope still from the start, because it shows the first organ already.
 pub const ENDOSCOPE_DRILL: &str = "scope";
 
 /// Word for a scripted hand.

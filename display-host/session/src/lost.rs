@@ -6,7 +6,7 @@ use mcap::records::MessageHeader;
 
 use crate::index::Index;
 
-/// Most spans of time that words name.
+/// Largest number of time spans that [`Lost::in_words`] names.
 const SPANS_SAID: usize = 3;
 
 /// Parts that a session lost where it is damaged, other than its end.
@@ -14,8 +14,8 @@ const SPANS_SAID: usize = 3;
 pub struct Lost {
     /// Lost messages, as far as they are known.
     pub messages: u64,
-    /// True if more messages may be lost than are counted: nothing behind the last damage tells how
-    /// many it had.
+    /// True if more messages may be lost than are counted, because nothing behind the last damage
+    /// gives its number of messages.
     pub is_more: bool,
     /// Lost messages of each topic, as far as they are known.
     pub topics: BTreeMap<String, u64>,
@@ -28,13 +28,13 @@ pub struct Lost {
 }
 
 impl Lost {
-    /// True if nothing is lost: if only parts of the index are damaged.
+    /// True if nothing is lost, because only parts of the index are damaged.
     #[must_use]
     pub fn is_nothing(&self) -> bool {
         self.messages == 0 && !self.is_more && !self.scene
     }
 
-    /// Messages and spans, and the scene, in words.
+    /// Text that names the lost messages, their time spans, and the scene.
     #[must_use]
     pub fn in_words(&self) -> String {
         let mut words = Vec::new();
@@ -55,7 +55,7 @@ impl Lost {
                 spans.join(", ")
             ));
         } else if self.is_more {
-            words.push("an unknown number of messages at its end".to_owned());
+            words.push("an unknown number of messages at the session's end".to_owned());
         }
         if self.scene {
             words.push("the compiled scene".to_owned());
@@ -77,13 +77,14 @@ pub(crate) struct Tracker {
     is_behind_damage: bool,
     /// True if the index of a chunk came behind the last damaged place.
     is_named: bool,
-    /// Messages of each channel: kept ones, and those that the index of a damaged chunk names.
+    /// Number of kept messages of each channel.
     kept: BTreeMap<u16, u64>,
+    /// Number of messages of each channel in damaged chunks, from the indices of these chunks.
     named: BTreeMap<u16, u64>,
 }
 
 impl Tracker {
-    /// Starts with what the index says, if the session has one.
+    /// Starts with the time of the first message from the session's index, if there is one.
     pub(crate) fn new(index: Option<&Index>) -> Self {
         Self {
             lost: Lost::default(),
@@ -97,15 +98,15 @@ impl Tracker {
         }
     }
 
-    /// A damaged place is left out.
+    /// Notes a damaged place, which the copy leaves out.
     pub(crate) fn damage(&mut self, what: String) {
         self.is_behind_damage = true;
         self.is_named = false;
         self.lost.damage.push(what);
     }
 
-    /// The index of a chunk has this many messages of a channel. Right behind a damaged chunk it
-    /// names lost ones.
+    /// Takes the number of a channel's messages from the index of a chunk. If the chunk is damaged,
+    /// these messages are lost.
     pub(crate) fn index_of_chunk(&mut self, channel: u16, messages: u64) {
         if self.is_behind_damage {
             *self.named.entry(channel).or_default() += messages;
@@ -113,13 +114,13 @@ impl Tracker {
         }
     }
 
-    /// A message is kept.
+    /// Notes a message that is kept.
     pub(crate) fn keep(&mut self, header: &MessageHeader) {
         let time_ns = header.log_time;
         if self.is_behind_damage {
             self.is_behind_damage = false;
             let missing = header.sequence.wrapping_sub(self.expected);
-            // Numbers that go back are not the recorder's.
+            // Numbers that decrease do not come from the recorder.
             if (1..=u32::MAX / 2).contains(&missing) {
                 self.lost.messages += u64::from(missing);
                 self.span(time_ns);
@@ -131,14 +132,14 @@ impl Tracker {
         *self.kept.entry(header.channel_id).or_default() += 1;
     }
 
-    /// Nothing is known between the newest message and this time.
+    /// Notes a span without messages, from the newest message to this time.
     fn span(&mut self, to_ns: u64) {
         let first_ns = *self.first_ns.get_or_insert(to_ns);
         let [from, to] = [self.newest_ns.max(first_ns), to_ns.max(self.newest_ns)];
         self.lost.spans_ns.push([from, to].map(|it| it - first_ns));
     }
 
-    /// Messages that are kept.
+    /// Number of messages that are kept.
     pub(crate) fn kept(&self) -> u64 {
         self.kept.values().sum()
     }

@@ -1,6 +1,6 @@
 //! Reads the records of a session's file. Each record is checked before use, because the file may
 //! come from anywhere. The MCAP library parses only records whose lengths were checked here. A
-//! false length would make it allocate any amount of memory, or panic.
+//! wrong length would make the library allocate any amount of memory, or panic.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::io::Read;
@@ -23,7 +23,7 @@ pub(crate) const HEAD_BYTES: usize = 9;
 /// Size of a chunk's head without the name of the compression, bytes.
 pub(crate) const CHUNK_HEAD_BYTES: u64 = 40;
 
-/// Words with which the end of a repaired session begins.
+/// Text with which the description of a repaired session's end begins.
 const REPAIRED: &str = "before its repair ";
 
 /// End of a session.
@@ -242,7 +242,9 @@ impl Records {
             }
             Record::Metadata(metadata) if metadata.name == info::FINISH => {
                 let finish = Finish::from_map(&metadata.metadata);
-                Some(Part::Finish(finish.ok_or_else(|| damaged("its end"))?))
+                Some(Part::Finish(
+                    finish.ok_or_else(|| damaged("a final record of another form"))?,
+                ))
             }
             Record::Attachment { header, data, .. } if header.name == SCENE => {
                 Some(Part::Scene(data.into_owned()))

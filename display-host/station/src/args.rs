@@ -19,7 +19,7 @@ use crate::settings;
 pub(crate) const IN_TRIANGLE: [&str; 6] =
     ["basics", "identify", "clamp", "cut", "disconnect", "full"];
 
-/// Scene that a task takes by itself, for each such task.
+/// Scene of a task that needs a certain scene. `--scene` overrides it.
 pub(crate) fn scene_of(task: &str) -> Option<&'static str> {
     match task {
         "phantom" => Some("phantom"),
@@ -32,8 +32,7 @@ pub(crate) fn scene_of(task: &str) -> Option<&'static str> {
 pub(crate) struct SceneArgs {
     /// Scene: `built-in` (liver and gallbladder), `triangle` (with Calot's triangle; the default of
     /// a task that needs it), `triangle-variant` (duct and artery take another course), `phantom`
-    /// (for drills),
-    /// `patient:NAME` (ada, berta, clara, dora, edith or frieda, from easy to hard) or
+    /// (for drills), `patient:NAME` (ada, berta, clara, dora, edith or frieda, from easy to hard),
     /// `patient:SEED` (any number), a recipe (.toml), a mesh (.obj .stl .ply .gltf .glb) or a
     /// compiled scene (.calot)
     #[arg(long, value_name = "NAME|FILE", default_value = "built-in",
@@ -78,7 +77,8 @@ pub(crate) struct RealtimeArgs {
     #[arg(long, value_name = "µs", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=500))]
     pub(crate) spin: u64,
     /// Let the ticks follow the arrivals of the haptic device's samples, by at most 1 µs a tick, so
-    /// that samples wait less for the tick. It rests while the line jitters
+    /// that samples wait less for the tick. While the arrivals are irregular, the ticks stay in
+    /// place
     #[arg(long)]
     pub(crate) follow_device: bool,
     /// Realtime scheduler of Linux. fifo pins the tick to --core; deadline reserves time for each
@@ -100,11 +100,11 @@ pub(crate) struct RealtimeArgs {
     /// --scope-mark
     #[arg(long, value_enum, requires = "scope_tty")]
     pub(crate) scope_line: Option<ScopeLineName>,
-    /// Serial port of that line, e.g. /dev/ttyS0. Use a real UART: over USB each change waits for a
-    /// transfer
+    /// Serial port of --scope-line, e.g. /dev/ttyS0. Use a real UART: over USB each change waits
+    /// for a transfer
     #[arg(long, value_name = "TTY", requires = "scope_line")]
     pub(crate) scope_tty: Option<PathBuf>,
-    /// When that line falls: at the end of the tick, or when the force has left
+    /// Moment at which --scope-line falls: the end of the tick, or when its force has left
     #[arg(long, value_enum, value_name = "WHAT", default_value_t = ScopeMarkName::Tick, requires = "scope_line")]
     pub(crate) scope_mark: ScopeMarkName,
     /// Run without realtime scheduling, for machines that refuse it. Every report says so
@@ -132,7 +132,7 @@ pub(crate) enum LanguageName {
 }
 
 impl LanguageName {
-    /// The requested language, else that of the kept settings, else that of the locale.
+    /// The requested language; otherwise that of the kept settings, or else of the locale.
     pub(crate) fn or_users(asked: Option<Self>) -> Language {
         match asked {
             Some(Self::En) => Language::English,
@@ -154,10 +154,10 @@ pub(crate) struct LookArgs {
     #[arg(long, value_name = "PERCENT",
           value_parser = clap::value_parser!(u16).range(80..=200))]
     pub(crate) text_size: Option<u16>,
-    /// Theme of high contrast
+    /// Use colours of high contrast
     #[arg(long)]
     pub(crate) high_contrast: bool,
-    /// Layout for a left hand at the mouse: its buttons and the panel change sides
+    /// Swap the mouse's buttons and move the panel to the other side, for a left hand at the mouse
     #[arg(long)]
     pub(crate) left_handed: bool,
     /// Motion of the instrument for a motion of mouse or key, per cent of the usual one [default:
@@ -168,7 +168,7 @@ pub(crate) struct LookArgs {
 }
 
 impl LookArgs {
-    /// Settings at the start of a window: the options, else what was kept, else the usual ones.
+    /// Settings at the start of a window. Options override kept settings, and these the defaults.
     pub(crate) fn settings(self, language: Option<LanguageName>) -> Settings {
         let kept = settings::kept();
         Settings {
@@ -368,7 +368,8 @@ impl StoreFile {
         Ok(Store::read(&self.path()?)?)
     }
 
-    /// Like [`StoreFile::read`]. `None`: `--store` is absent, and the usual file does not exist.
+    /// Like [`StoreFile::read`]. Returns `None` if `--store` is absent and the default file does
+    /// not exist.
     pub(crate) fn read_if_any(&self) -> Result<Option<Store>, Problem> {
         match Store::read(&self.path()?) {
             Err(StoreError::Missing { .. }) if self.store.is_none() => Ok(None),
@@ -386,8 +387,8 @@ pub(crate) struct NewTrainee {
 }
 
 impl NewTrainee {
-    /// Asks in the terminal if a new name that resembles a trainee's is another person's. Refuses
-    /// the name if not, or without a terminal.
+    /// Asks in the terminal about a new name that resembles a trainee's name: is it another
+    /// person's? Refuses the name if it is not, or without a terminal.
     pub(crate) fn confirm(self, store: &Store, name: &str) -> Result<(), Problem> {
         match store.alike(name)?.filter(|_| !self.new_trainee) {
             None => Ok(()),
@@ -408,8 +409,8 @@ pub(crate) struct NewRater {
 }
 
 impl NewRater {
-    /// Asks in the terminal if a new name that resembles a rater's is another person's. Refuses the
-    /// name if not, or without a terminal.
+    /// Asks in the terminal about a new name that resembles a rater's name: is it another person's?
+    /// Refuses the name if it is not, or without a terminal.
     pub(crate) fn confirm(self, store: &Store, rater: &str) -> Result<(), Problem> {
         match store.alike_rater(rater)?.filter(|_| !self.new_rater) {
             None => Ok(()),
@@ -421,18 +422,18 @@ impl NewRater {
     }
 }
 
-/// Asks in the terminal if a name is that of another person. Refuses the name if not, or without a
-/// terminal.
-fn confirm_other(differs: &str, option: &str) -> Result<(), Problem> {
+/// Asks in the terminal if a name is another person's. Refuses the name if it is not, or without a
+/// terminal. `resemblance` says which known name it resembles.
+fn confirm_other(resemblance: &str, option: &str) -> Result<(), Problem> {
     if std::io::stdin().is_terminal() {
-        say::note(format_args!("{differs}. Is it another person? [y/N]"));
+        say::note(format_args!("{resemblance}. Is it another person? [y/N]"));
         let mut line = String::new();
         std::io::stdin().read_line(&mut line)?;
         if matches!(line.trim(), "y" | "Y" | "yes") {
             return Ok(());
         }
     }
-    Err(format!("{differs}. Use that name, or add {option} if it is another person").into())
+    Err(format!("{resemblance}. Use that name, or add {option} if it is another person").into())
 }
 
 pub(crate) fn parse_trainee(text: &str) -> Result<String, String> {

@@ -1,6 +1,6 @@
-//! `calot bare-loop`: runs a loop without a station and prints a histogram of its latencies in
-//! cyclictest's format. The loop needs a process of its own, because it locks all memory of the
-//! process.
+//! `calot bare-loop`: runs a periodic loop without a station, and prints a histogram of its
+//! latencies in cyclictest's format. The loop has its own process, because it locks all memory of
+//! its process.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -15,7 +15,7 @@ use crate::problem::Problem;
 use crate::say;
 use crate::stop;
 
-/// Options of `calot bare-loop`, which prints the latencies of a bare loop as a histogram.
+/// Options of `calot bare-loop`.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct BareLoopArgs {
     /// Kind of loop: executor or sleep
@@ -120,7 +120,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn work_is_that_of_the_ticks_without_the_rarest() {
+    fn work_has_the_durations_of_the_ticks_without_the_longest() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("work");
         let mut ticks: Vec<u32> = (0..3000).collect();

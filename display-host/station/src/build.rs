@@ -1,7 +1,7 @@
-//! Identifies this program.
+//! Identity of this program, for reports and recordings.
 
-/// Version, commit, profile, processor family and fused multiply-add of this program. They could
-/// affect the computed bits or their time.
+/// Version, commit, profile, processor family and fused multiply-add of this program. Each of them
+/// may change the computed bits, or the time of the computation.
 pub(crate) fn build() -> String {
     let fma = match cfg!(target_feature = "fma") {
         true => " with fused multiply-add",

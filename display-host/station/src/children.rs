@@ -17,8 +17,8 @@ const PATIENCE_TO_END: Duration = Duration::from_secs(5);
 pub(crate) struct Process {
     name: &'static str,
     child: Child,
-    /// Rest of the line that reported ready.
-    said: String,
+    /// Rest of the line with which the child reported ready.
+    ready_text: String,
 }
 
 /// Error of a child that ended before it was ready. Its own message is on standard error.
@@ -26,7 +26,7 @@ pub(crate) struct Process {
 pub(crate) struct EndedEarly {
     name: &'static str,
     pub(crate) status: ExitStatus,
-    /// True if the child said [`REFUSED`].
+    /// True if the child printed [`REFUSED`].
     pub(crate) has_refused: bool,
 }
 
@@ -71,14 +71,14 @@ impl Process {
         let mut process = Self {
             name,
             child,
-            said: String::new(),
+            ready_text: String::new(),
         };
         let mut has_refused = false;
         let start = Instant::now();
         loop {
             if let Ok(line) = lines.recv_timeout(Duration::from_millis(20)) {
-                if let Some(said) = line.strip_prefix(READY) {
-                    process.said = said.trim().to_owned();
+                if let Some(text) = line.strip_prefix(READY) {
+                    process.ready_text = text.trim().to_owned();
                     return Ok(process);
                 }
                 has_refused |= line == REFUSED;
@@ -110,9 +110,9 @@ impl Process {
         self.name
     }
 
-    /// Text that the child reported when it was ready.
-    pub(crate) fn said(&self) -> &str {
-        &self.said
+    /// Rest of the line with which the child reported ready.
+    pub(crate) fn ready_text(&self) -> &str {
+        &self.ready_text
     }
 
     pub(crate) fn id(&self) -> u32 {

@@ -66,7 +66,7 @@ pub(crate) enum Command {
     Gallery(GalleryArgs),
     /// Measures wake-up latency, period, stages and motion to force, next to cyclictest
     Jitter(Box<JitterArgs>),
-    /// Measures with a light sensor on the screen when a tick, and a motion, are seen
+    /// Measures the time from a tick, and from a motion, to the light of the screen
     Photon(Box<PhotonArgs>),
     /// Checks this machine for realtime: current state, required state, command that fixes it
     Check(CheckArgs),
@@ -92,7 +92,7 @@ pub(crate) enum Command {
 }
 
 impl Command {
-    /// Command that `calot` runs when none is given.
+    /// Command that runs if none is given.
     pub(crate) fn alone() -> Self {
         Self::Start(StartArgs::default())
     }
@@ -143,10 +143,10 @@ mod tests {
     }
 
     #[test]
-    fn a_controller_is_asked_for_what_the_station_was_asked_for() {
+    fn the_controller_gets_the_realtime_options_of_the_station() {
         let words = "calot run --core 1 --priority 70 --spin 100 --scheduler deadline --must-fit \
                      --follow-device --coarser a.calot --coarser b.calot --scope-line dtr --scope-tty /dev/ttyS0 --scope-mark force";
-        // One of the two at a time: --strict and --no-realtime exclude each other.
+        // One of the two at a time, because --strict and --no-realtime exclude each other.
         for last in ["--strict", "--no-realtime"] {
             let asked = Cli::parse_from(words.split_whitespace().chain([last]));
             let Some(Command::Run(run)) = asked.command else {

@@ -8,7 +8,7 @@ use shared_mem::service::{Claim, ServiceError, Station, owner};
 
 use crate::problem::Problem;
 
-/// A station's lock is looked at this often before its state counts.
+/// Number of looks at a station's lock. Another process may hold the lock for a moment.
 const LOCK_LOOKS: u32 = 5;
 /// Pause between two looks.
 const LOCK_PAUSE: Duration = Duration::from_millis(10);
@@ -24,6 +24,8 @@ pub(crate) struct Folder {
 }
 
 impl Folder {
+    /// Opens the folder. A station claims its name and takes the lock; an attached display does
+    /// not.
     pub(crate) fn open(station: &str, attached: bool) -> Result<Self, Problem> {
         let path = shared_mem::service::user_folder()?.join(station);
         let failed = |error| format!("{}: {error}", path.display());
@@ -88,15 +90,15 @@ impl Folder {
         }
         let path = std::path::absolute(scene)?;
         // A rename puts the file in place, so that no reader sees half of it.
-        let half = self.path.join(format!("{SCENE_NAME_FILE}.new"));
-        let written = std::fs::write(&half, path.as_os_str().as_bytes());
+        let unfinished = self.path.join(format!("{SCENE_NAME_FILE}.new"));
+        let written = std::fs::write(&unfinished, path.as_os_str().as_bytes());
         let written =
-            written.and_then(|()| std::fs::rename(&half, self.path.join(SCENE_NAME_FILE)));
-        written.map_err(|error| format!("{}: {error}", half.display()).into())
+            written.and_then(|()| std::fs::rename(&unfinished, self.path.join(SCENE_NAME_FILE)));
+        written.map_err(|error| format!("{}: {error}", unfinished.display()).into())
     }
 
-    /// File for the compiled scene. A joining display has a file of its own, so that it leaves the
-    /// running station's file alone.
+    /// File for the compiled scene. An attached display has its own file, so that it does not
+    /// change the station's file.
     pub(crate) fn scene(&self) -> PathBuf {
         match self.attached {
             true => self
@@ -183,7 +185,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn whoever_holds_the_name_of_a_station_is_named_with_process_and_user() {
+    fn the_holder_of_a_station_s_name_is_named_with_process_and_user() {
         use std::os::linux::net::SocketAddrExt as _;
         use std::os::unix::net::{SocketAddr, UnixListener};
         let name = format!("held-{}", std::process::id());
@@ -197,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_holds_the_lock_is_named_and_an_unseen_holder_is_said_to_be_unseen() {
+    fn the_holder_of_the_lock_is_named_or_reported_as_unseen() {
         let folder = tempfile::tempdir().unwrap();
         let lock = std::fs::File::create(folder.path().join("lock")).unwrap();
         let seen = in_words(&holders(&folder.path().join("lock")));

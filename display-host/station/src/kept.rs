@@ -1,4 +1,4 @@
-//! Cache of prepared scenes: a station starts at once with a scene that it has prepared before.
+//! Cache of prepared scenes. A scene that was prepared before is not prepared again.
 //!
 //! The files lie in `$XDG_CACHE_HOME/calot/scenes` or `~/.cache/calot/scenes`. Their names depend
 //! on the recipe, its meshes and the program that prepared them. The cache keeps the few scenes
@@ -32,8 +32,8 @@ pub(crate) struct Kept {
 }
 
 impl Kept {
-    /// Place of the scene of `recipe`. `None`: no cache folder, or a mesh that cannot be read or
-    /// has too many files near it.
+    /// Place of the scene of `recipe`. Returns `None` without a cache folder, or if a mesh cannot
+    /// be read or has too many files near it.
     pub(crate) fn of(recipe: &Recipe) -> Option<Self> {
         Self::within(&home::cache()?.join("scenes"), recipe)
     }
@@ -78,11 +78,11 @@ impl Kept {
         };
         // A rename stores all or nothing, even if another process stores the same scene at this
         // moment.
-        let begun = self.path.with_extension(std::process::id().to_string());
+        let unfinished = self.path.with_extension(std::process::id().to_string());
         let _ = fs::create_dir_all(folder)
-            .and_then(|()| fs::copy(source, &begun))
-            .and_then(|_| fs::rename(&begun, &self.path));
-        let _ = fs::remove_file(&begun);
+            .and_then(|()| fs::copy(source, &unfinished))
+            .and_then(|_| fs::rename(&unfinished, &self.path));
+        let _ = fs::remove_file(&unfinished);
         forget_oldest(folder);
     }
 }
@@ -135,7 +135,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn kept_scene_comes_back_and_another_recipe_has_its_own() {
+    fn a_cached_scene_is_found_and_another_recipe_has_its_own() {
         let folder = tempfile::tempdir().unwrap();
         let recipe = Recipe::built_in().unwrap().with_spheres(60).unwrap();
         let scene = scene_prepare::prepare(&recipe, &mut |_| {}).unwrap().scene;
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn the_oldest_go() {
+    fn the_scenes_used_least_recently_are_deleted() {
         let folder = tempfile::tempdir().unwrap();
         for number in 0..SCENES_MAX as u64 + 3 {
             let file = fs::File::create(folder.path().join(format!("{number}"))).unwrap();
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mesh_that_is_not_there_is_not_kept() {
+    fn a_scene_with_a_missing_mesh_is_not_cached() {
         let mut recipe = Recipe::built_in().unwrap();
         recipe.organs[0].surface = Surface::Mesh {
             path: "no-such-mesh.obj".into(),

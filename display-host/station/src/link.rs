@@ -16,7 +16,8 @@ use crate::problem::Problem;
 use crate::say;
 use crate::stop;
 
-/// Time before the end of a station's certificate from which on the user is told, 30 days.
+/// From this time before the end of the station's certificate on, a message warns the user: 30
+/// days.
 const SOON: Duration = Duration::from_secs(30 * 24 * 3600);
 
 #[derive(Debug, Clone, Args)]

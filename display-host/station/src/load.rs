@@ -16,7 +16,7 @@ use shared_mem::service::{Host, Station};
 use crate::problem::Problem;
 use crate::stop;
 
-/// Work that competes with the tick.
+/// Kind of work that competes with the tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
 pub(crate) enum Load {
     /// Computes on each core
@@ -27,7 +27,7 @@ pub(crate) enum Load {
     Io,
     /// A display joins every second; it then leaves or is killed
     Join,
-    /// Join, and a display that draws all the time
+    /// Join, and one display that draws all the time
     Display,
     /// All of the above
     All,
@@ -54,7 +54,7 @@ impl Load {
     }
 }
 
-/// Options of `calot load`, which runs one load until told to end.
+/// Options of `calot load`, which runs one load until it is asked to end.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct LoadArgs {
     /// Load to run
@@ -75,7 +75,7 @@ const FILE_BYTES: usize = 4 << 20;
 /// Time after which a display is killed or asked to leave.
 const DISPLAY_LIFE: Duration = Duration::from_secs(1);
 
-/// Time after which a watcher is stalled, asked to leave or killed. It suffices to connect.
+/// Time after which a watcher is stalled, asked to leave or killed. It is long enough to connect.
 const WATCHER_LIFE: Duration = Duration::from_secs(2);
 
 /// Time that a load may take to end.
@@ -149,7 +149,7 @@ fn files(folder: &Path, stop: &AtomicBool) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Reads state, times and events as a display does, until told to end.
+/// Reads state, times and events as a display does, until it is asked to end.
 fn join(station: &str, stop: &AtomicBool) -> Result<(), Problem> {
     let host = Host::open(&Station::new(station)?)?;
     let mut state = display_frame();
@@ -304,7 +304,7 @@ fn spawn(load: Load, place: &str) -> Result<Child, Problem> {
     command.args(["load", &load.name(), place, "--with-parent", &parent]);
     command.stdin(Stdio::null()).stdout(Stdio::null());
     if matches!(load, Load::Join | Load::Watch) {
-        // These loads complain when the controller ends between two rounds, which is no error.
+        // The controller ends between two rounds. These loads then print errors, which are none.
         command.stderr(Stdio::null());
     }
     Ok(command.spawn()?)
@@ -347,7 +347,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_display_that_cannot_be_started_is_told() {
+    fn a_display_that_cannot_be_started_is_reported() {
         let left = std::cell::Cell::new(1);
         let churned = join_and_kill(&AtomicBool::new(false), || {
             let program = match left.replace(0) {

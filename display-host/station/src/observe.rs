@@ -1,5 +1,5 @@
-//! `calot observe`: an instructor's window on a running station. It asks the station for acts, and
-//! the station decides.
+//! `calot observe`: an instructor's window on a running station. The window sends requests for
+//! acts, and the station decides.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -104,8 +104,8 @@ pub(crate) fn run(args: &ObserveArgs) -> Result<ExitCode, Problem> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Compiles `--scene`, else waits until the station names its scene. `None`: stopped before, or the
-/// time is over.
+/// Compiles `--scene`. Without it, waits until the station names its scene. Returns `None` if the
+/// command was stopped before, or its time is over.
 fn scene(
     args: &ObserveArgs,
     folder: &Folder,

@@ -13,14 +13,15 @@ use hardware::station::StationFile;
 use crate::problem::Problem;
 use crate::say;
 
-/// Bytes at the start of a file, and at the end of Parquet, in which Calot's name is searched.
+/// Number of bytes in which Calot's name is searched: at the start of a file, at the end of a
+/// Parquet file.
 const HEAD_BYTES: u64 = 1 << 20;
 
 /// Prefix of a close picture's file name. A debrief leaves these files out, because it draws the
 /// pictures itself.
 pub(crate) const CLOSE: &str = "close_";
 
-/// The option that allows to replace files.
+/// Option that permits the replacement of files.
 #[derive(Debug, Clone, Copy, Default, Args)]
 pub(crate) struct Overwrite {
     /// Replace files that an earlier command of Calot wrote under these names; any other file stays
@@ -236,8 +237,8 @@ pub(crate) fn check_folder(
     Ok(())
 }
 
-/// Makes the folder of results: `named`, else the first of `default`, `default-2`, … that may be
-/// written.
+/// Makes the folder of results: `named`, or without a name the first of `default`, `default-2`, …
+/// that may be written.
 pub(crate) fn folder(
     named: Option<&Path>,
     default: &str,
@@ -258,7 +259,8 @@ pub(crate) fn folder(
     Ok(folder)
 }
 
-/// Path for a file: `named`, else the first of `default`, `default-2`, … that may be written.
+/// Path for a file: `named`, or without a name the first of `default`, `default-2`, … that may be
+/// written.
 pub(crate) fn file(
     named: Option<&Path>,
     default: &str,
@@ -379,7 +381,7 @@ mod tests {
     }
 
     #[test]
-    fn what_holds_nothing_may_be_written() {
+    fn empty_and_missing_files_and_devices_may_be_written() {
         let folder = tempfile::tempdir().unwrap();
         let empty = folder.path().join("empty");
         fs::write(&empty, "").unwrap();
@@ -409,7 +411,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_that_nobody_gave_is_free() {
+    fn a_default_name_that_is_taken_gets_a_number() {
         let taken = ["a/out", "a/out-2", "page.html"];
         let may = |path: &Path| !taken.contains(&path.to_str().unwrap());
         assert_eq!(free(Path::new("a/out"), may), Path::new("a/out-3"));
@@ -418,7 +420,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_is_whole_before_and_after() {
+    fn a_file_is_replaced_by_a_rename_and_a_link_stays() {
         let folder = tempfile::tempdir().unwrap();
         let [path, link] = ["a", "link"].map(|it| folder.path().join(it));
         write(&path, "one").unwrap();

@@ -1,5 +1,5 @@
-//! Prints messages for the user. Never use `println!`: it panics when the reader of the pipe has
-//! ended (`calot … | head`), and the controller must not die of that.
+//! Prints messages for the user. Never use `println!`: it panics if the reader of the pipe has
+//! ended (`calot … | head`), and a panic would end the controller.
 
 use std::fmt::Display;
 use std::fs::File;
@@ -7,11 +7,11 @@ use std::io::{IsTerminal as _, Write as _};
 use std::os::fd::AsFd as _;
 use std::sync::OnceLock;
 
-/// Standard output once [`keep_answers_apart`] was called.
+/// The real standard output, once [`keep_answers_apart`] was called.
 static ANSWERS: OnceLock<File> = OnceLock::new();
 
-/// Keeps standard output for [`answer`]. The output of other code, such as the library of a
-/// device's vendor, goes to standard error, so that answers in JSON stay JSON.
+/// Reserves standard output for [`answer`], so that answers in JSON stay JSON. Output of other
+/// code, such as the library of a device's vendor, goes to standard error.
 ///
 /// # Errors
 ///

@@ -46,7 +46,7 @@ pub(crate) fn bring(recipe: &Recipe, target: &Path) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Opens the named scene if it is compiled, else compiles its finest level in memory only.
+/// Opens the named scene if it is compiled. Otherwise compiles its finest level, in memory only.
 pub(crate) fn in_memory(args: &SceneArgs) -> Result<SceneFile, Problem> {
     let file = args.scene.split_once('#').map_or(&*args.scene, |(f, _)| f);
     if has_extension(Path::new(file), &["calot"]) {
@@ -57,8 +57,8 @@ pub(crate) fn in_memory(args: &SceneArgs) -> Result<SceneFile, Problem> {
     Ok(SceneFile::from_bytes(&prepared.scene.to_bytes()?)?)
 }
 
-/// Recipe of the scene with half the spheres at level 1 and a quarter at level 2. `None`: there is
-/// no such level (a compiled scene, or too few spheres).
+/// Recipe of the scene with half the spheres at level 1 and a quarter at level 2. Returns `None` if
+/// there is no such level: the scene is compiled already, or has too few spheres.
 pub(crate) fn coarser(args: &SceneArgs, level: u32) -> Option<Recipe> {
     if level > COARSER_LEVELS {
         return None;
@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn patients_alone_have_a_case() {
+    fn only_patients_have_a_case() {
         let frieda = case("patient:frieda").unwrap();
         assert_eq!((frieda.stones, frieda.wall.as_str()), (2, "scarred"));
         assert_eq!(frieda.course, "humped-artery");
@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn file_that_is_no_scene_is_said_to_be_none() {
+    fn a_file_that_is_no_scene_is_refused() {
         for source in ["", "liver", "scene.yaml", "built_in"] {
             let error = recipe(source, None, &MeshOptions::default())
                 .unwrap_err()

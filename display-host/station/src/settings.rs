@@ -1,5 +1,5 @@
 //! Settings that last from one start to the next: language, look, mouse and keyboard, sound. A file
-//! in the user's configuration folder keeps them. Options of the command line come before it.
+//! in the user's configuration folder keeps them. Options of the command line override it.
 
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -10,12 +10,12 @@ use display_host::words::Language;
 use crate::home;
 use crate::say;
 
-/// Sizes of text that are taken, per cent.
+/// Allowed sizes of text, per cent.
 const TEXT_PERCENT: RangeInclusive<u16> = 80..=200;
-/// Sensitivities that are taken, per cent.
+/// Allowed sensitivities, per cent.
 const SENSITIVITY_PERCENT: RangeInclusive<u16> = 25..=400;
 
-/// The settings as the file writes them. A missing one is as usual.
+/// Content of the file. A missing setting has its default.
 #[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(default)]
 struct Written {
@@ -27,7 +27,7 @@ struct Written {
     sound: Option<bool>,
 }
 
-/// The usual settings, changed by what the file has.
+/// The default settings, overridden by those of the file.
 pub(crate) fn kept() -> Settings {
     let kept = path().map(|path| read(&path)).unwrap_or_default();
     let usual = Settings::default();
@@ -62,12 +62,13 @@ impl Written {
     }
 }
 
-/// Keeps these settings. A failure costs no operation: it is told, and they end with the window.
+/// Writes the settings to the file. A failure is only a warning: the settings then end with the
+/// window.
 pub(crate) fn keep(settings: &Settings) {
     let Some(path) = path() else { return };
     if let Err(error) = write(&path, settings) {
         say::note(format_args!(
-            "warning: {}: {error}; the settings are forgotten at the end",
+            "warning: {}: {error}; the settings end with this window",
             path.display()
         ));
     }
@@ -77,7 +78,7 @@ fn path() -> Option<PathBuf> {
     Some(home::config()?.join("settings.toml"))
 }
 
-/// Content of the file. A file that cannot be used is told, and counts as empty.
+/// Content of the file. A file that cannot be used gives a warning and counts as empty.
 fn read(path: &Path) -> Written {
     let text = match std::fs::read_to_string(path) {
         Ok(text) => text,
@@ -90,14 +91,14 @@ fn read(path: &Path) -> Written {
 fn unused(path: &Path, why: &dyn core::fmt::Display) -> Written {
     let why = why.to_string();
     say::note(format_args!(
-        "warning: {}: {}; the usual settings hold. Remove the file, or mend it",
+        "warning: {}: {}; the default settings apply. Remove the file, or mend it",
         path.display(),
         why.trim_end()
     ));
     Written::default()
 }
 
-/// Writes the file at once and whole: a reader finds the old one or the new one.
+/// Replaces the file by a rename, so that a reader finds the whole old file or the whole new one.
 fn write(path: &Path, settings: &Settings) -> Result<(), String> {
     let look = settings.look;
     let written = Written {

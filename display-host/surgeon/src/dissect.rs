@@ -16,8 +16,8 @@ const CLEAR_M: f64 = 0.001;
 /// Distance to a delicate structure within which the hook moves slowly, and takes a cell from the
 /// side that faces away from the structure, m.
 const CLOSE_M: f64 = 0.003;
-/// Longest movement within `CLOSE_M` in a quarter of a second, m. It is short because pedal and
-/// picture lag.
+/// Longest movement in a quarter of a second within `CLOSE_M` of a delicate structure, m. It is
+/// short because the current ends, and the picture changes, some time after the surgeon's decision.
 const SLOW_M: f64 = 0.003;
 /// If a cell is farther than this from the hook's working point, the hook withdraws and approaches
 /// the cell from the port's side, m.
@@ -26,21 +26,21 @@ const NEAR_M: f64 = 0.010;
 const WAY_M: f64 = 0.0018;
 /// Length of the path from a cell towards the port that is checked, m.
 const LOOK_M: f64 = 0.04;
-/// Delicate structures within this distance of that path are considered, m.
+/// Delicate structures within this distance of the path from a cell towards the port are
+/// considered, m.
 const BESIDE_M: f64 = 0.012;
-/// Cost of first removing an obstructing cell outside the regions to remove, expressed as a detour,
-/// m.
+/// Cost of an obstructing cell outside the regions to remove, expressed as a detour, m.
 const OTHER_M: f64 = 0.02;
 /// Cost of a cell at which the hook has no room, expressed as a detour, m.
 const CRAMPED_M: f64 = 0.1;
-/// A cell where the hook has this much room costs nothing more, m.
+/// Room for the hook at a cell from which on no cost is added, m.
 const ROOMY_M: f64 = 0.0015;
-/// Cost of a cell with less room than `ROOMY_M`, expressed as a detour, m.
+/// Cost of a cell at which the hook has less room than `ROOMY_M`, expressed as a detour, m.
 const NARROW_M: f64 = 0.04;
 /// Depth to which the electrode sinks into the tissue that it burns, m.
 const SUNK_M: f64 = 0.0004;
-/// Number of nearest candidates that are examined closely. About as many are sampled from all
-/// candidates.
+/// Number of nearest candidates whose whole cost is computed. The whole cost of about as many
+/// others, at equal steps in the list of candidates, is computed too.
 const CLOSELY: usize = 16;
 /// Number of directions of the bent end that are tried for each candidate.
 const TURNS: u32 = 12;
@@ -49,17 +49,18 @@ const LAG_M: f64 = 0.006;
 /// Largest lead of the hand over a tip that fat holds, m. It is smaller, because ducts lie in the
 /// fat and spring back when the fat gives way.
 const PUSH_M: f64 = 0.005;
-/// A cell that is displaced from rest by more than this counts as loose and is left out, m.
+/// A cell that is displaced from rest by more than this counts as loose and is not removed, m.
 const ADRIFT_M: f64 = 0.025;
-/// A cell is given up after this time, s.
+/// The surgeon gives up a cell after this time, s.
 const LONG_S: f64 = 4.0;
-/// A cell within this distance of the target may lie in front of the target, m.
+/// Cells within this distance of the target may lie in front of it, and are burnt with it, m.
 const AROUND_M: f64 = 0.010;
-/// The electrode touches tissue within this distance, m.
+/// Tissue within this distance of the electrode counts as touched, m.
 const REACHED_M: f64 = 0.0002;
 /// Largest number of tries of a cell.
 const TRIES: u8 = 3;
-/// Share of the tissue that must be removed in the meantime before all cells are tried again.
+/// All cells are tried again only if more than this share of the tissue was removed since the last
+/// time.
 const WORTH: f64 = 0.01;
 /// If no cell is in reach, the surgeon withdraws, lets the tissue settle for this time, s, and
 /// tries all cells again.
@@ -86,7 +87,8 @@ struct Choice {
 }
 
 impl Work<'_> {
-    /// Removes cells of these regions until this share of them is gone, for at most this time, s.
+    /// Removes cells of `regions` until this share of their tissue is removed, for at most
+    /// `seconds`.
     pub(crate) fn dissect(
         &mut self,
         regions: &[u8],
@@ -103,13 +105,13 @@ impl Work<'_> {
             }
             if self.seen.at_s > until_s {
                 break Err(format!(
-                    "{:.1} % is gone after {seconds:.0} s",
+                    "only {:.1} % is removed after {seconds:.0} s",
                     100.0 * gone
                 ));
             }
             let Some(choice) = self.choose(regions) else {
                 if gone > before + WORTH {
-                    // Cells that were in the way may be gone now.
+                    // Cells that were in the way may have been removed.
                     before = gone;
                     self.field.begin();
                     continue;
@@ -122,13 +124,13 @@ impl Work<'_> {
                     continue;
                 }
                 break Err(format!(
-                    "{:.1} % is gone, the rest is out of reach",
+                    "only {:.1} % is removed, the rest is out of reach",
                     100.0 * gone
                 ));
             };
             if !self.take_away(&choice)? {
                 self.field.give_up(choice.cell);
-                // The hook leaves whatever held it up or came along.
+                // Move the hook away from what stopped it, or from a tube that hangs on it.
                 self.withdraw(0.01)?;
             }
             self.goes_on()?;
@@ -137,6 +139,7 @@ impl Work<'_> {
         done
     }
 
+    /// Remaining cells and obstacles at this moment.
     fn now(&self) -> Now {
         let state = &self.seen.state;
         let cells = self.field.cells.iter().enumerate();
@@ -152,7 +155,7 @@ impl Work<'_> {
         }
     }
 
-    /// Chooses the next cell: a near one with little in front of it.
+    /// Chooses the cell of least cost: a near one with little in front of it and much room around.
     fn choose(&self, regions: &[u8]) -> Option<Choice> {
         let now = self.now();
         let (tip, port) = (self.works(), self.sight.port());
@@ -169,7 +172,7 @@ impl Work<'_> {
             }
         }
         candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
-        // The nearest candidates, and a sample of all.
+        // The nearest candidates, and others at equal steps.
         let step = (candidates.len() / CLOSELY).max(1);
         let near = candidates.iter().take(CLOSELY);
         let chosen = near.chain(candidates.iter().step_by(step));
@@ -240,7 +243,8 @@ impl Work<'_> {
             let (room_m, _) = hook.room(touchy.iter().copied());
             let from = held - bend * (WORKS * BEND_M);
             let burns_m = electrode_room_m([from, from + bend * BEND_M], near.iter().copied());
-            // Without any room the hook pushes aside what it can: such cells come last.
+            // A cell without room for the hook remains possible, because structures yield. It costs
+            // so much that it comes last.
             let tight_m = |room_m: f64| 4.0 * (0.002 - room_m).clamp(0.0, 0.004);
             let is_cramped = room_m < ROOM_M || burns_m < CLEAR_M;
             let cost_m = 0.008 * angle.abs()
@@ -271,7 +275,7 @@ impl Work<'_> {
         })
     }
 
-    /// Moves to a cell and burns it. Returns true once it is gone.
+    /// Moves to a cell and burns it. Returns true if the cell was removed.
     fn take_away(&mut self, choice: &Choice) -> Result<bool, String> {
         let &Choice {
             cell: index, bend, ..
@@ -294,6 +298,8 @@ impl Work<'_> {
                 return Ok(false);
             }
         }
+        // Time of the last picture, and of the last progress: the hook came nearer, or the cell
+        // warmer.
         let (mut before_s, mut better_s) = (self.seen.at_s, self.seen.at_s);
         let around = self.field.around(index, AROUND_M);
         let began_s = self.seen.at_s;

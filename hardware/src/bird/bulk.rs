@@ -31,7 +31,7 @@ const REPEAT_AFTER: Duration = Duration::from_millis(100);
 /// Longest wait for a packet before the next command is sent.
 const PACKET_WAIT: Duration = Duration::from_millis(2);
 /// Largest number of commands queued for the thread.
-const ROOM: usize = 64;
+const QUEUE_MAX: usize = 64;
 /// Longest command, bytes.
 const COMMAND_BYTES: usize = 16;
 
@@ -82,7 +82,7 @@ impl fmt::Debug for Bulk {
 impl Bulk {
     /// Starts the thread. `path` appears in messages only.
     pub(super) fn start(path: &Path, mut pipe: Box<dyn BulkPipe>) -> Result<Self, HardwareError> {
-        let (commands, to_send) = sync_channel(ROOM);
+        let (commands, to_send) = sync_channel(QUEUE_MAX);
         let input = Arc::new(InputRing::new());
         let into = Arc::clone(&input);
         let thread = thread::Builder::new()

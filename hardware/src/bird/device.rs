@@ -330,6 +330,10 @@ mod tests {
         assert_eq!((all.len(), all[14], all[29]), (30, 1, 2));
         answers(&mut flock, b"P\x23\x00");
         assert_eq!(answers(&mut flock, b"\xF2B").len(), 14);
-        assert_eq!(answers(&mut flock, b"\xF3B").len(), 12, "never told");
+        assert_eq!(
+            answers(&mut flock, b"\xF3B").len(),
+            12,
+            "bird 3 still sends angles"
+        );
     }
 }

@@ -18,7 +18,7 @@ const HZ_PER_M_S: f32 = 700.0;
 const HZ_PER_RAD_S: f32 = 70.0;
 /// Corner frequency of the low pass that smooths the measured speeds, Hz.
 const SPEED_HZ: f32 = 3.0;
-/// Time between two records at which the filter starts anew, ns.
+/// Time between two records above which the filter restarts, ns.
 const GAP_NS: u64 = 200_000_000;
 
 /// The filter and its state.
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_at_rest_is_less_than_half() {
+    fn the_filter_removes_three_quarters_of_a_resting_sensors_noise() {
         let (mut filter, mut random) = (Filter::new(REST_HZ), Random::new(1, 1));
         let (mut raw, mut shown) = (0.0, 0.0);
         let mut before = (0.0, 0.0);
@@ -169,7 +169,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_filtered_place_lies_among_the_measured_ones(
+        fn the_filtered_position_stays_within_the_measured_range(
             xs in prop::collection::vec((-0.9..0.9f32, -3.0..3.0f32, 0u64..40_000_000), 1..200),
         ) {
             let mut filter = Filter::new(REST_HZ);

@@ -480,10 +480,10 @@ mod tests {
             let begun = start(by_ms);
             assert!(begun.is_ok(), "{by_ms} ms late: {begun:?}");
         }
-        let told = start(10_000);
+        let outcome = start(10_000);
         assert!(
-            matches!(&told, Err(HardwareError::Silent { heard: 0, .. })),
-            "{told:?}"
+            matches!(&outcome, Err(HardwareError::Silent { heard: 0, .. })),
+            "{outcome:?}"
         );
     }
 

@@ -75,8 +75,8 @@ impl Axis {
         let (breaks, runs) = (self.break_away_n.value, self.friction_n.value);
         (breaks > STICKS * runs + 0.02).then(|| {
             format!(
-                "{name}: it sticks. {breaks:.2} N move it, {runs:.2} N keep it moving: slow movements will \
-                 jerk. Look for a hinge or a capstan that binds"
+                "{name}: the handle sticks. {breaks:.2} N start its movement, {runs:.2} N keep it moving: slow \
+                 movements will jerk. Look for a hinge or a capstan that binds"
             )
         })
     }

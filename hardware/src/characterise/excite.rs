@@ -17,8 +17,9 @@ const CHIRP_S: f64 = 2.0;
 const FADE_S: f64 = 0.2;
 /// Largest speed that an experiment aims at, m/s: half of the speed that ends the experiment.
 const SPEED_M_S: f64 = 0.25;
-/// Speeds between which a force along the movement fades to zero, m/s. Without this limit, a chirp
-/// would be up to twice as fast at its start, or with less friction than expected.
+/// Speeds between which a force along the movement fades to zero, m/s. Without this limit, the
+/// handle would move up to twice as fast at the start of a chirp, or if friction is less than
+/// expected.
 const GOVERNED_M_S: [f64; 2] = [0.25, 0.4];
 /// Largest amplitude of movement that a chirp aims at, as a share of the region. The region is the
 /// radius in which experiments take place.
@@ -29,9 +30,9 @@ const CENTRE_N_M: f64 = 15.0;
 /// Largest distance of the handle from the start of a chirp, as a share of the region.
 const CHIRP_EXCURSION_MAX: f64 = 0.5;
 /// Share of the remaining force that an experiment uses along its axis.
-const SPARE: f64 = 0.95;
+const FORCE_SHARE: f64 = 0.95;
 /// Smallest force beyond friction and weight with which the experiments work, N.
-const ROOM_MIN_N: f64 = 0.03;
+const MOVING_MIN_N: f64 = 0.03;
 /// Distance over which a push accelerates the handle to its speed, m.
 const PUSH_M: f64 = 0.006;
 /// Largest distance of a run-out, as a share of the region.
@@ -59,7 +60,7 @@ pub(super) struct RoughEstimate {
 /// Force along `axis` that remains after the forces that carry the weight, N.
 fn available_n(bench: &Bench<'_>, hold: &Hold, axis: usize) -> f64 {
     let most_n = bench.limits().along_n(axis, &hold.carries_n);
-    SPARE * (most_n - hold.carries_n[axis].abs())
+    FORCE_SHARE * (most_n - hold.carries_n[axis].abs())
 }
 
 /// True if the permitted force moves the handle well.
@@ -69,7 +70,7 @@ pub(super) fn is_movable(
     axis: usize,
     rough: &RoughEstimate,
 ) -> bool {
-    available_n(bench, hold, axis) >= rough.friction_n + ROOM_MIN_N
+    available_n(bench, hold, axis) >= rough.friction_n + MOVING_MIN_N
 }
 
 /// The force of `hold`, with its part along `axis` replaced by `along_n`.

@@ -18,7 +18,7 @@ const BACKWARDS_M: f64 = 1.5e-3;
 const BACKWARDS_N: f64 = 0.03;
 /// Cosine of the largest permitted angle between force and movement: 60°. Where inertia couples the
 /// axes, the movement deviates by less.
-const ALONG: f64 = 0.5;
+const COSINE_MIN: f64 = 0.5;
 
 /// Result of a break-away.
 #[derive(Debug, Clone, Copy)]
@@ -85,7 +85,7 @@ fn judge_direction(
     ramp_n: f64,
 ) -> Result<(), Halt> {
     let way_m = moved_m.norm();
-    if way_m < BACKWARDS_M || ramp_n < BACKWARDS_N || moved_m[axis] * sign >= ALONG * way_m {
+    if way_m < BACKWARDS_M || ramp_n < BACKWARDS_N || moved_m[axis] * sign >= COSINE_MIN * way_m {
         return Ok(());
     }
     bench.cut();

@@ -82,7 +82,8 @@ fn strongest_n(axis_record: &AxisRecord, window: &Window, model: &Model) -> f64 
     forces.fold(0.0, f64::max)
 }
 
-/// Factor of the commanded forces with which the model moves as the handle did in a window.
+/// Factor by which the commanded forces must be multiplied so that the model moves as the handle
+/// did in a window.
 fn share(axis_record: &AxisRecord, window: Window, model: &Model) -> Option<f64> {
     let mut window = with_best_start(axis_record, window, model);
     let mut share = 1.0;

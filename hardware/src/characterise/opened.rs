@@ -7,9 +7,9 @@ use super::along::{Axis, rendered_n_m};
 /// Distance of an end from 0 or 1 above which the verdict says that the handle does not use its
 /// declared travel. The test by hand (`feel`) allows 0.2, because there fingers move the handle.
 const END: f64 = 0.05;
-/// Largest difference of the ratios of a large and of a small force that counts as none: the
-/// accuracy of the measurement.
-const GIVES: f64 = 0.1;
+/// Largest difference between the ratios of a large and of a small force that counts as no
+/// difference: the accuracy of the measurement.
+const RATIO_NOISE: f64 = 0.1;
 
 /// Results along the opening.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,13 +45,13 @@ impl Opened {
         let [shut, open] = self.range;
         let travel_mm = f64::from(declared.opening.travel_m) * 1e3;
         let said = format!(
-            "opening: it says {shut:.2} shut and {open:.2} wide open, {:.1} mm of the declared \
+            "opening: reports {shut:.2} shut and {open:.2} wide open, {:.1} mm of the declared \
              {travel_mm:.1} mm",
             (open - shut) * travel_mm
         );
         if shut > END || open < 1.0 - END {
             format!(
-                "{said}: ends or travel are wrong, or it binds. The jaws will not shut or open fully"
+                "{said}: ends or travel are wrong, or the handle binds. The jaws will not shut or open fully"
             )
         } else {
             said
@@ -61,13 +61,12 @@ impl Opened {
     fn force_verdict(&self, declared: &DeviceCapabilities) -> Option<String> {
         let (share, largest_n) = self.largest()?;
         let peak_n = declared.opening.force_max_n;
-        let rest =
-            "Movements tell no absolute force: a scale or a sensor does, in `calot devices feel`";
-        Some(if share < 1.0 - GIVES {
+        let rest = "Movements do not show absolute forces: a scale or a sensor does, in `calot devices feel`";
+        Some(if share < 1.0 - RATIO_NOISE {
             format!(
-                "opening: of {largest_n:.2} N it gives only {share:.2} times what small forces promise: \
+                "opening: of {largest_n:.2} N the motor renders only {share:.2} times what small forces promise: \
                  the motor does not reach the declared {peak_n:.1} N. Measure again with a smaller --force, \
-                 because this spoils mass and damping"
+                 because this force spoils mass and damping"
             )
         } else {
             format!(
@@ -85,10 +84,10 @@ impl Opened {
         );
         let said_n_m = f64::from(declared.opening.stiffness_max_n_m);
         let said = format!(
-            "opening: declares {said_n_m:.0} N/m, its own damping and delay bear {bears_n_m:.0} N/m"
+            "opening: declares {said_n_m:.0} N/m, its own damping and delay allow {bears_n_m:.0} N/m"
         );
         if said_n_m > bears_n_m {
-            format!("{said}: fingers must damp the rest. Press it with --wall")
+            format!("{said}: fingers must damp the rest. Test it with --wall")
         } else {
             format!("{said}: that holds")
         }

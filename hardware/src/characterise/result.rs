@@ -166,17 +166,17 @@ impl Characterised {
 fn wall_verdict(wall: &Wall, declared: f64) -> String {
     match (wall.still_n_m, wall.buzzes_n_m) {
         (Some(still), None) if wall.was_left => {
-            format!("walls are still up to {still:.0} N/m; stiffer ones were not pressed")
+            format!("no wall buzzed, up to {still:.0} N/m; stiffer walls were not pressed")
         }
         (None, None) => "the wall was not pressed: no stiffness was measured".to_owned(),
         (None, Some(buzzes)) => format!("even a wall of {buzzes:.0} N/m buzzes"),
         (Some(still), None) => format!("no wall buzzed, up to {still:.0} N/m"),
         (Some(still), Some(buzzes)) if declared > still => format!(
-            "declares {declared:.0} N/m, a wall of {buzzes:.0} N/m buzzes and one of {still:.0} N/m is \
-             still: declare less"
+            "declares {declared:.0} N/m, a wall of {buzzes:.0} N/m buzzes and one of {still:.0} N/m does \
+             not: declare less"
         ),
         (Some(still), Some(_)) => {
-            format!("declares {declared:.0} N/m, walls are still up to {still:.0} N/m: that holds")
+            format!("declares {declared:.0} N/m, no wall buzzes up to {still:.0} N/m: that holds")
         }
     }
 }

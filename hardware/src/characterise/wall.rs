@@ -17,7 +17,7 @@ const SOFTEST_N_M: f64 = 100.0;
 /// Stiffness of the stiffest wall, N/m. The walls of `evaluate haptics` end with this one too.
 pub const STIFFEST_N_M: f64 = 20e3;
 /// The search ends when the softest wall that buzzed is at most this many times as stiff as the
-/// stiffest wall that was still.
+/// stiffest wall that did not buzz.
 const RATIO: f64 = 1.1;
 /// Time for which a person must press a wall without a buzz before the wall counts as still, s.
 const STILL_S: f64 = 0.8;
@@ -127,7 +127,7 @@ pub fn wall(
 
 fn said(stiffness_n_m: f64, buzz: Option<(f64, f64)>) -> String {
     match buzz {
-        None => format!("  {stiffness_n_m:.0} N/m: still"),
+        None => format!("  {stiffness_n_m:.0} N/m: no buzz"),
         Some((hz, swing_m)) => format!(
             "  {stiffness_n_m:.0} N/m: buzzes with {hz:.0} Hz and swings by {:.2} mm",
             swing_m * 1e3

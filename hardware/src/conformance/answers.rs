@@ -64,14 +64,17 @@ pub(super) fn answers(report: &mut Report, device: &mut RigHaptic, time: Duratio
     let host = host.with_unread(device.counters().unread_bytes - unread);
 
     let echo = quantiles(&mut round_trips_ns);
-    let words = format!("force to sample with it in effect {echo}");
+    let words = format!("from a force to the first sample that confirms it: {echo}");
     report.judge("force echo", !round_trips_ns.is_empty(), words);
     if let Some(&median_ns) = round_trips_ns.get(round_trips_ns.len() / 2) {
         judge_delay(report, device, median_ns as f32 * 1.0e-9);
     }
     judge_clock(report, &clock, host);
     if !device.declared().measures_velocity {
-        report.skip("velocity", "it declares that it measures none");
+        report.skip(
+            "velocity",
+            "the device declares that it measures no velocity",
+        );
         return;
     }
     match motion.judged() {
@@ -93,7 +96,8 @@ fn judge_clock(report: &mut Report, clock: &Clock, host: Host) {
         return;
     };
     let mut good = (rate - 1.0).abs() <= CLOCK_OFF;
-    let mut words = format!("its clock runs at {rate:.3} of this computer's, allowed is 1 % off");
+    let mut words =
+        format!("the device's clock runs at {rate:.3} of this computer's, allowed is 1 % off");
     if let Some(worst) = clock
         .worst_rate()
         .filter(|it| (it - 1.0).abs() > CLOCK_WANDERS)
@@ -120,7 +124,7 @@ fn judge_delay(report: &mut Report, device: &RigHaptic, echo_s: f32) {
         "delay",
         good,
         format!(
-            "declares a delay of {:.2} ms, the echo needs {:.2} ms at least{why}",
+            "declares a delay of {:.2} ms, the force echo needs at least {:.2} ms{why}",
             said_s * 1e3,
             least_s.max(0.0) * 1e3
         ),

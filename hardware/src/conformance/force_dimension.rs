@@ -20,7 +20,7 @@ pub fn force_dimension(library: &Path, serial: Option<u16>, options: &mut Option
     samples(&mut report, &mut device, options.watch);
     report.skip(
         "watchdog",
-        "not reported by the library: end the host and feel that it is free",
+        "the library does not report it: end Calot and feel that the handle is free",
     );
     drop(device);
     if let Some(mut device) = open(&mut report, "reopen", attempt) {

@@ -21,8 +21,8 @@ pub fn hapi(path: &Path, generation: Pantograph, options: &mut Options<'_>) -> R
     samples(&mut report, &mut device, options.watch);
     report.skip(
         "watchdog",
-        "the board has none: it holds its last torque until it gets another. Calot removes the torque \
-         when it ends or fails; in case the host is cut off, keep the board's switch within reach",
+        "the board has no watchdog: it holds its last torque until it gets another. Calot removes the \
+         torque when Calot ends or fails. Keep the board's switch within reach, in case the line is cut",
     );
     let before = device.position_m();
     drop(device);

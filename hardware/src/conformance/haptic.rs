@@ -47,7 +47,7 @@ pub fn haptic(path: &Path, options: &mut Options<'_>) -> Report {
         let is_on = device.status().status.contains(Status::FORCE_ON);
         let words = match (heard, is_on) {
             (false, _) => "no valid sample came, so it is not known whether a force is left over",
-            (true, true) => "a force of the host before is still in effect: HELLO must end it",
+            (true, true) => "a force of the previous host is still in effect: HELLO must end it",
             (true, false) => "a new host finds no force left over",
         };
         report.judge("no old force", heard && !is_on, words.into());
@@ -120,8 +120,8 @@ fn judge_held(report: &mut Report, declared: &Capabilities, held: HoldTime, host
     let allowed_us = u64::from(declared_ms) * 1000 + sample_us + WATCHDOG_ROUNDING_US;
     let ms = |us: u64| us as f64 * 1e-3;
     let words = format!(
-        "force dropped at the latest {:.1} ms after the last command by its own clock, {:.1} ms by \
-         this computer's; declared {declared_ms} ms",
+        "force dropped at the latest {:.1} ms after the last command by the device's clock, {:.1} ms \
+         by this computer's; declared {declared_ms} ms",
         ms(device_us.into()),
         ms(host_us)
     );

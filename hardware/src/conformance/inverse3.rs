@@ -19,7 +19,7 @@ pub fn inverse3(address: &Path, options: &mut Options<'_>) -> Report {
     samples(&mut report, &mut device, options.watch);
     report.skip(
         "watchdog",
-        "not reported by the service: end the host and feel that it is free",
+        "the service does not report it: end Calot and feel that the handle is free",
     );
     drop(device);
     if let Some(mut device) = open(&mut report, "reopen", attempt) {

@@ -239,18 +239,19 @@ impl Openings {
         if !declared.is_measured() {
             report.skip(
                 "opening",
-                "the handle does not open, or does not say how far",
+                "the handle does not open, or does not measure its opening",
             );
             return;
         }
         let Self { missing, wrong, .. } = self;
         let seen = self.seen.map_or_else(
-            || "never read".to_owned(),
+            || "no opening was read".to_owned(),
             |(least, most)| format!("{:.0} to {:.0} % open", least * 100.0, most * 100.0),
         );
         let detail = format!(
-            "{seen} while watched; it opens by {:.0} mm with up to {:.1} N; {missing} samples said \
-             nothing, {wrong} were outside 0 to 100 %. Open and shut it during a test to see its range",
+            "{seen} while watched; the handle opens by {:.0} mm with up to {:.1} N; {missing} samples had \
+             no opening, {wrong} were outside 0 to 100 %. Open and shut the handle during a test to see its \
+             range",
             declared.travel_m * 1e3,
             declared.force_max_n
         );

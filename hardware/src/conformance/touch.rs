@@ -21,7 +21,7 @@ pub fn touch(library: &Path, device: Option<&str>, options: &mut Options<'_>) ->
     name_bad_frames(&mut report, device.bad_frames());
     report.skip(
         "watchdog",
-        "not reported by the library: end the host and feel that it is free",
+        "the library does not report it: end Calot and feel that the handle is free",
     );
     drop(device);
     if let Some(mut device) = open(&mut report, "reopen", attempt) {

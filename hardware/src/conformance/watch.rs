@@ -251,8 +251,8 @@ mod tests {
     use super::super::CheckOutcome;
     use super::*;
 
-    fn host(looks_ms: &[u64]) -> Host {
-        Host::of_sleeps_ms(looks_ms)
+    fn host(sleeps_ms: &[u64]) -> Host {
+        Host::of_sleeps_ms(sleeps_ms)
     }
 
     #[test]

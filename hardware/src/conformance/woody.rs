@@ -17,12 +17,13 @@ pub fn woody(path: &Path, options: &mut Options<'_>) -> Report {
     };
     samples(&mut report, &mut device, options.watch);
     if report.names(CheckOutcome::Fail).contains(&"workspace") {
-        let words = ". At home the handle is 0.21 m out: lead it into the middle and test again";
+        let words =
+            ". At home the handle is 0.21 m from the middle: move it to the middle and test again";
         report.add_to("workspace", words);
     }
     report.skip(
         "watchdog",
-        "not reported by the firmware: end the host and feel that it is free",
+        "the firmware does not report it: end Calot and feel that the handle is free",
     );
     drop(device);
     if let Some(mut device) = open(&mut report, "reopen", || WoodyHaptic::open(path)) {

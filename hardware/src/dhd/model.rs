@@ -2,9 +2,9 @@
 //!
 //! The library reports no capabilities. Forces, torques and stiffness come from CHAI3D
 //! (`CDeltaDevices.cpp`, 3.2). The peak force of a sigma.7 comes from its makers (Tobergte et al.,
-//! "The sigma.7 haptic interface for MiroSurge", IROS 2011), who also state a torque twice as
-//! large. Neither source has a lambda, so it gets CHAI3D's figures for a sigma.7. The workspace's
-//! radius is half the diagonal of the workspace in the maker's leaflets, plus a margin.
+//! "The sigma.7 haptic interface for MiroSurge", IROS 2011). They state twice the torque that this
+//! table has. Neither source has a lambda, so it gets CHAI3D's figures for a sigma.7. The
+//! workspace's radius is half the diagonal of the workspace in the maker's leaflets, plus a margin.
 //!
 //! A gripper opens by 25 mm and renders 8 N (leaflets of omega.7 and sigma.7); 1000 N/m is CHAI3D's
 //! figure for grippers.

@@ -18,7 +18,7 @@ pub struct Faults {
     pub merged: f32,
     /// Interval between two batches of bytes, ms (an FTDI adapter's default is 16); 0: no batches.
     pub batch_ms: u32,
-    /// Share of samples with a rotation of length zero, which careless code turns into NaN.
+    /// Share of samples with a rotation of length zero. Code that normalises it unchecked gets NaN.
     pub degenerate: f32,
     /// Time after which every write repeats the last write before that time, s.
     pub stuck_from_s: Option<f32>,

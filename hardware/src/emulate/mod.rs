@@ -13,13 +13,13 @@ mod gamepad;
 mod hand;
 mod holding;
 mod inverse3;
-mod led;
 mod mistake;
 mod operated;
 mod pty;
 mod random;
 mod simulated;
 mod station;
+mod steered;
 mod touch;
 
 use std::path::PathBuf;
@@ -38,10 +38,10 @@ pub use holding::Holding;
 #[cfg(test)]
 pub(crate) use holding::pressing_m;
 pub use inverse3::{EmulatedInverse3, ServiceFault};
-pub use led::{LedHand, Measured};
 pub use mistake::Mistake;
 pub use operated::Wish;
 pub use simulated::{SimulatedBody, SimulatedDevice};
+pub use steered::{Measured, SteeredHand};
 pub use touch::{Body, Grip, Touch};
 
 #[cfg(test)]

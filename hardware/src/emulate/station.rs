@@ -27,15 +27,15 @@ use crate::rig::frame::Frame;
 use crate::rig::wire::{Capabilities, State};
 
 /// Measurement period of the bird, ms.
-const TRACKER_PERIOD: u64 = 10;
+const TRACKER_PERIOD_MS: u64 = 10;
 /// Report period of the pedal, ms.
-const PEDAL_PERIOD: u64 = 10;
+const PEDAL_PERIOD_MS: u64 = 10;
 /// Silence of the controller after which the script of the hand starts anew, ms.
 const ABANDONED_MS: u32 = 1000;
 /// Noise of the bird, m.
 const TRACKER_NOISE_M: f32 = 0.1e-3;
 /// Interval at which [`Pty::lift_exclusive_use`] is called, ms.
-const EXCLUSIVE_PERIOD: u64 = 50;
+const EXCLUSIVE_PERIOD_MS: u64 = 50;
 
 /// All emulated devices.
 pub(super) struct Station {
@@ -43,13 +43,16 @@ pub(super) struct Station {
     /// Locked while this emulator runs.
     _lock: File,
     started: Instant,
+    /// Emulated time since the start, ms.
     tick: u64,
     hand: Hand,
     /// `None` until a person steers.
     operated: Option<SteeringState>,
+    /// Time of the hand's script, ms.
     hand_time_ms: u32,
     /// Last target pose of the handle, device frame.
     wanted: Pose,
+    /// Time since the controller last commanded a force, ms.
     silent_ms: u32,
     touch: Touch,
     haptic: Electronics,
@@ -111,7 +114,7 @@ impl Station {
             haptic_line: plug("haptic", config.faults.haptic, 10)?,
             tracker_noise: Random::new(config.seed, 2),
             tracker_line: plug("tracker", config.faults.tracker, 11)?,
-            pedal: Device::new(Capabilities::pedal(1000 / PEDAL_PERIOD as u16)),
+            pedal: Device::new(Capabilities::pedal(1000 / PEDAL_PERIOD_MS as u16)),
             pedal_line: plug("pedal", config.faults.pedal, 12)?,
         })
     }
@@ -254,7 +257,7 @@ impl Station {
             .receive(bytes.get(..count).unwrap_or(&[]), |answer| {
                 line.send(answer, time_s);
             });
-        if self.tick.is_multiple_of(TRACKER_PERIOD) {
+        if self.tick.is_multiple_of(TRACKER_PERIOD_MS) {
             let noise = Vec3::from_fn(|_, _| self.tracker_noise.between(-1.0, 1.0));
             let sensor = match &self.operated {
                 Some(operated) => self.hand.sensor(operated.scope()),
@@ -282,7 +285,7 @@ impl Station {
         if let Some(answer) = self.pedal.answer() {
             self.pedal_line.send(&answer, time_s);
         }
-        if self.tick.is_multiple_of(PEDAL_PERIOD) {
+        if self.tick.is_multiple_of(PEDAL_PERIOD_MS) {
             let switches = match &self.operated {
                 Some(operated) => operated.switches(),
                 None => self.hand.intent(self.hand_time_s()).switches,
@@ -342,7 +345,7 @@ impl Plug {
         let Some(pty) = &mut self.pty else {
             return Ok(0);
         };
-        if tick.is_multiple_of(EXCLUSIVE_PERIOD) {
+        if tick.is_multiple_of(EXCLUSIVE_PERIOD_MS) {
             pty.lift_exclusive_use();
         }
         let room = self.line.bytes_taken(tick).min(bytes.len());

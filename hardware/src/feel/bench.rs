@@ -39,15 +39,15 @@ impl EndReason {
             Self::Stopped => "the test was stopped before its end".into(),
             Self::Lost => "the line was lost. Plug the device in and test again".into(),
             Self::Silent => {
-                "no valid sample came for a second. Test it with `calot devices conformance`".into()
+                "no valid sample came for a second. Test the device with `calot devices conformance`".into()
             }
             Self::Fault(fault) => format!(
-                "the device is at fault ({}). Test it with `calot devices conformance`",
+                "the driver or the device found a fault ({}). Test the device with `calot devices conformance`",
                 fault.name()
             ),
             Self::MovedTooFar => format!(
-                "the handle ran off by {:.0} mm under a small force, which was ended. Hold it loosely; \
-                 if it runs off again, the force grows with the motion",
+                "the handle ran off under a small force, farther than {:.0} mm or faster than {SPEED_MAX_M_S} m/s. \
+                 Hold the handle loosely; if it runs off again, the force grows with the motion",
                 TRAVEL_MAX_M * 1e3
             ),
         }
@@ -195,7 +195,7 @@ impl<'a> Bench<'a> {
 
     /// Runs `ms` milliseconds with the force that `force_n` gives for each of them. `each` gets the
     /// samples.
-    pub(super) fn pushed(
+    pub(super) fn push(
         &mut self,
         ms: u32,
         force_n: impl Fn(u32) -> Vec3,
@@ -216,13 +216,13 @@ impl<'a> Bench<'a> {
     }
 
     /// Shows the person a step and waits without force until the step is done.
-    pub(super) fn until_still(&mut self, step: &Step) -> Result<(), EndReason> {
+    pub(super) fn until_done_without_force(&mut self, step: &Step) -> Result<(), EndReason> {
         self.until_done(step, Vec3::zeros(), |_| {})
     }
 
     /// Sends nothing for `ms` milliseconds. Then asks the guide whether the handle still pushes,
-    /// and sends nothing until the answer comes. If the handle runs off, this ends early.
-    pub(super) fn left(&mut self, ms: u32) -> Result<Option<Left>, EndReason> {
+    /// and sends nothing until the answer comes. Ends early if the handle runs off.
+    pub(super) fn stay_silent(&mut self, ms: u32) -> Result<Option<Left>, EndReason> {
         let start = self.before;
         for at_ms in 0..TIMEOUT_MS {
             if at_ms == ms {
@@ -243,7 +243,7 @@ impl<'a> Bench<'a> {
 
     /// Runs `ms` milliseconds with the force along the opening that `opening_n` gives for each of
     /// them.
-    pub(super) fn squeezed(
+    pub(super) fn push_fingers(
         &mut self,
         ms: u32,
         opening_n: impl Fn(u32) -> f32,

@@ -49,9 +49,9 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Res
     }
     let mut judged = Vec::new();
     for (way, name) in order {
-        bench.until_still(&Step::HoldFingers)?;
+        bench.until_done_without_force(&Step::HoldFingers)?;
         bench.guide().tell(&Step::PushFingers { force_n });
-        bench.squeezed(PUSH_MS, |ms| way.sign() * force_n * force_share(ms))?;
+        bench.push_fingers(PUSH_MS, |ms| way.sign() * force_n * force_share(ms))?;
         let answer = bench.squeezed_which_way()?;
         judged.push((name, judge_push(way, force_n, answer)));
     }
@@ -78,7 +78,7 @@ fn end(bench: &mut Bench<'_>, step: &Step) -> Result<Option<f32>, EndReason> {
 /// are good, and words for the report.
 fn judge_ends(shut: Option<f32>, open: Option<f32>) -> (bool, String) {
     let (Some(shut), Some(open)) = (shut, open) else {
-        let words = "the device declares an opening and its samples have none";
+        let words = "the device declares an opening, but its samples have none";
         return (false, words.to_owned());
     };
     let measured = format!("the device reports {shut:.2} when shut and {open:.2} when wide open");

@@ -84,7 +84,7 @@ fn judged(asked: Direction, asked_m: f32, moved_m: &Vec3) -> (bool, String) {
     let times = asked_m / length_m.max(1.0e-9);
     let [x, y, z] = [moved_m.x, moved_m.y, moved_m.z].map(|part| part * 1e3);
     let measured = format!(
-        "it says ({x:.2}, {y:.2}, {z:.2}) mm for {:.0} mm",
+        "the device reports ({x:.2}, {y:.2}, {z:.2}) mm for {:.0} mm",
         asked_m * 1e3
     );
     if length_m < DISTANCE_MIN_M && times > 500.0 {
@@ -97,7 +97,7 @@ fn judged(asked: Direction, asked_m: f32, moved_m: &Vec3) -> (bool, String) {
         let words = if is.vector() == -asked.vector() {
             "the axis points the wrong way".to_owned()
         } else if along < ALONG_MIN {
-            "the way is oblique; is the base frame turned?".to_owned()
+            "the reported move is oblique; is the base frame turned?".to_owned()
         } else {
             format!("axes are exchanged: this is {}", is.words())
         };
@@ -105,7 +105,7 @@ fn judged(asked: Direction, asked_m: f32, moved_m: &Vec3) -> (bool, String) {
     }
     if !SCALE.contains(&(length_m / asked_m)) {
         let words = format!(
-            "{measured}: {:.2} of the way, allowed is 0.7 to 1.4. Is the unit right?",
+            "{measured}: {:.2} of the distance, allowed is 0.7 to 1.4. Is the unit right?",
             length_m / asked_m
         );
         return (false, words);

@@ -43,7 +43,7 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Res
         bench.until_done(&Step::Hold, Vec3::zeros(), |_| {})?;
         bench.guide().tell(&Step::Push { force_n });
         let full_n = direction.vector() * force_n;
-        bench.pushed(PUSH_MS, |ms| full_n * force_share(ms), |_, _| {})?;
+        bench.push(PUSH_MS, |ms| full_n * force_share(ms), |_, _| {})?;
         let answer = bench.pushed_which_way()?;
         judged.push((name, judge(direction, force_n, answer)));
     }
@@ -67,7 +67,7 @@ pub(super) fn test_hard(
     if force_n <= PRESS_N {
         report.skip(
             NAME,
-            &format!("the device bears {force_n:.1} N for long; more was not tested"),
+            &format!("the test may push this device with {force_n:.1} N at most; no harder push was tested"),
         );
         return Ok(());
     }
@@ -79,10 +79,10 @@ pub(super) fn test_hard(
     bench.until_done(&Step::HoldFirmly, Vec3::zeros(), |_| {})?;
     bench.guide().tell(&Step::Push { force_n });
     let full_n = direction.vector() * force_n;
-    bench.pushed(PUSH_MS, |ms| full_n * force_share(ms), |_, _| {})?;
+    bench.push(PUSH_MS, |ms| full_n * force_share(ms), |_, _| {})?;
     let answer = bench.pushed_which_way()?;
     let (good, words) = judge(direction, force_n, answer);
-    let untested = format!("{words}; from there to {most_n:.1} N nothing was tested");
+    let untested = format!("{words}; forces from {force_n:.1} to {most_n:.1} N were not tested");
     report.judge(NAME, good, if good { untested } else { words });
     Ok(())
 }
@@ -135,7 +135,7 @@ fn judge(asked: Direction, asked_n: f32, answer: Answer) -> (bool, String) {
     match measured_n {
         Some(is_n) if !SIZE.contains(&(is_n / asked_n)) => (
             false,
-            format!("{words}, measured {is_n:.2} N, allowed is 0.8 to 1.25 of it"),
+            format!("{words}, measured {is_n:.2} N, allowed is 0.8 to 1.25 of the command"),
         ),
         Some(is_n) => (true, format!("{words}, measured {is_n:.2} N")),
         None => (true, words),
@@ -151,20 +151,20 @@ pub(super) fn test_scale(bench: &mut Bench<'_>, report: &mut Report) -> Result<(
     bench.until_done(&Step::Scale, Vec3::zeros(), |_| {})?;
     let force_n = bench.permitted_n(PRESS_N);
     let down_n = Direction::Down.vector() * force_n;
-    bench.pushed(RISE_MS, |ms| down_n * force_share(ms), |_, _| {})?;
+    bench.push(RISE_MS, |ms| down_n * force_share(ms), |_, _| {})?;
     bench.until_done(&Step::Press { force_n }, down_n, |_| {})?;
-    bench.pushed(
+    bench.push(
         RISE_MS,
         |ms| down_n * force_share(ms + RISE_MS + STAY_MS),
         |_, _| {},
     )?;
     match bench.pressed_n()? {
-        None => report.skip("scale", "it was not read"),
+        None => report.skip("scale", "the scale was not read"),
         Some(read_n) => report.judge(
             "scale",
             SIZE.contains(&(read_n / force_n)),
             format!(
-                "{force_n:.2} N commanded, {read_n:.2} N on the scale, allowed 0.8 to 1.25 of it"
+                "{force_n:.2} N commanded, {read_n:.2} N on the scale, allowed 0.8 to 1.25 of the command"
             ),
         ),
     }

@@ -67,7 +67,7 @@ pub(super) fn test(
     let force_n = bench.permitted_n(FORCE_N);
     let all_ms = STEPS * STEP_MS + SINE_MS + CHIRP_MS;
     let command = |ms: u32| Vec3::x() * (force_n * force_share(ms));
-    bench.pushed(all_ms, command, |ms, seen| {
+    bench.push(all_ms, command, |ms, seen| {
         points.push(Point {
             at_s: ms as f32 * 1e-3,
             force_n: command(ms).x,
@@ -81,7 +81,7 @@ pub(super) fn test(
     );
     if answer_m.abs() < ANSWER_MIN_M {
         let why = format!(
-            "{words}: too little. Hold it more loosely and test again. If it still does not move, \
+            "{words}: too little. Hold the handle more loosely and test again. If it still does not move, \
              its friction exceeds the force"
         );
         report.mark_not_judged("response", &why);

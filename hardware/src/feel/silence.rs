@@ -26,7 +26,7 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report) -> Result<(), End
     let Some(watchdog_ms) = bench.watchdog_ms() else {
         report.skip(
             NAME,
-            "the driver knows of no watchdog: end Calot while it pushes, and feel that it ends",
+            "the driver knows no watchdog: end Calot while the handle pushes, and feel that the push ends",
         );
         return Ok(());
     };
@@ -35,8 +35,8 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report) -> Result<(), End
     bench.guide().tell(&Step::PushAndFallSilent { force_n });
     let full_n = Direction::Up.vector() * force_n;
     let force_share = |ms: u32| (ms as f32 / RISE_MS as f32).min(1.0);
-    bench.pushed(RISE_MS + STAY_MS, |ms| full_n * force_share(ms), |_, _| {})?;
-    match bench.left(SILENT_MS.max(u32::from(watchdog_ms)))? {
+    bench.push(RISE_MS + STAY_MS, |ms| full_n * force_share(ms), |_, _| {})?;
+    match bench.stay_silent(SILENT_MS.max(u32::from(watchdog_ms)))? {
         None => report.mark_not_judged(NAME, "nobody said whether the push had ended"),
         Some(answer) => {
             let (good, words) = judge(force_n, answer);
@@ -55,9 +55,10 @@ fn judge(asked_n: f32, answer: Left) -> (bool, String) {
             return (true, format!("{words} {left_n:.2} N measured"));
         }
         Left::Measured(force_n) => format!("still {:.2} N measured", force_n.norm()),
-        Left::Pushes => "it still pushes".to_owned(),
+        Left::Pushes => "the handle still pushes".to_owned(),
     };
-    let why = "The motors keep the force: the watchdog must cut them, not only set its status bit";
+    let why =
+        "The motors keep the force: the watchdog must switch them off, not only set its status bit";
     (false, format!("{words} {left}. {why}"))
 }
 
@@ -75,7 +76,7 @@ mod tests {
                 false,
                 "still 0.50 N measured",
             ),
-            (Left::Pushes, false, "it still pushes. The motors"),
+            (Left::Pushes, false, "the handle still pushes. The motors"),
         ] {
             let (is_good, said) = judge(0.5, answer);
             assert!(is_good == good && said.contains(words), "{said}");

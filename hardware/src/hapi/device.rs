@@ -12,7 +12,7 @@ const TORQUE_MAX_NM: f32 = 0.123;
 /// Time after which an incomplete command is executed, µs.
 const READ_TIMEOUT_US: u32 = 1_000_000;
 /// Size of the receive buffer, bytes; more bytes are dropped.
-const ROOM: usize = 512;
+const BUFFER_BYTES: usize = 512;
 
 /// One board. It holds every torque until it receives another or loses its power.
 #[derive(Debug, Clone, Default)]
@@ -69,7 +69,7 @@ impl Board {
         now_us: u32,
         mut answer: impl FnMut(&[u8]),
     ) {
-        let room = ROOM.saturating_sub(self.unread.len());
+        let room = BUFFER_BYTES.saturating_sub(self.unread.len());
         self.unread.extend(bytes.iter().take(room));
         loop {
             if let Some(waiting) = self.waiting {

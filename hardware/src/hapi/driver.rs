@@ -23,7 +23,7 @@ const NAME: &str = "Haply hAPI board";
 /// Longest handshake. The firmware waits up to 1 s for the rest of a broken command.
 const HANDSHAKE: Duration = Duration::from_secs(3);
 /// Longest wait for an answer. A board answers within a millisecond; a busy host may read it later.
-const ANSWER: Duration = Duration::from_millis(150);
+const ANSWER_TIMEOUT: Duration = Duration::from_millis(150);
 /// Time after which the board has read everything and expects a command.
 const SETTLE_TIME: Duration = Duration::from_millis(5);
 /// Number of requests without a complete answer after which the board is set up anew.
@@ -82,8 +82,8 @@ impl HapiHaptic {
     /// Opens the line, removes any torque, and sets the board up.
     ///
     /// A board that Calot has set up since power-up knows its angles. For any other board the
-    /// handle must be **at home** now, because its encoders count from there. It waits up to 4 s,
-    /// so it is not for the tick.
+    /// handle must be **at home** now, because its encoders count from there. Waits up to 4 s, so
+    /// the tick must not call it.
     pub fn open(path: &Path, generation: Pantograph) -> Result<Self, HardwareError> {
         Self::on(Line::open(path, BAUD)?, generation, generation.home_deg)
     }
@@ -204,13 +204,13 @@ impl HapiHaptic {
         self.line.write(&torques([0.0; ARMS]));
     }
 
-    /// Waits up to [`ANSWER`] for an answer.
+    /// Waits up to [`ANSWER_TIMEOUT`] for an answer.
     fn answer(&mut self, heard: &mut u64) -> Result<Answer, HardwareError> {
         let asked = Instant::now();
         let (mut count_now, mut last) = (0, 0);
         let mut found = None;
         self.reader.clear();
-        while found.is_none() && asked.elapsed() < ANSWER {
+        while found.is_none() && asked.elapsed() < ANSWER_TIMEOUT {
             let mut bytes = [0; BYTES_PER_POLL];
             match self.line.read(&mut bytes) {
                 Read::Bytes(count, _) => {

@@ -136,21 +136,21 @@ impl Pantograph {
     #[must_use]
     pub fn torques_nm(&self, angles_deg: [f32; ARMS], force_n: Vec3) -> Option<[f32; ARMS]> {
         let makers_n = Vector2::new(-f64::from(force_n.x), f64::from(force_n.z));
-        let told = self.jacobian(angles_deg)?.transpose() * makers_n * self.motor_share;
-        let most = told.amax();
+        let torques = self.jacobian(angles_deg)?.transpose() * makers_n * self.motor_share;
+        let most = torques.amax();
         let scale = if most > self.torque_max_nm {
             self.torque_max_nm / most
         } else {
             1.0
         };
-        Some((told * scale).cast().into())
+        Some((torques * scale).cast().into())
     }
 
     /// Force that these torques render if the gear is as assumed, base frame, N. `None` if the far
     /// arms are nearly in line or do not meet.
     #[must_use]
-    pub fn force_n(&self, angles_deg: [f32; ARMS], told_nm: [f32; ARMS]) -> Option<Vec3> {
-        let arms_nm = Vector2::from(told_nm).cast::<f64>() / self.motor_share;
+    pub fn force_n(&self, angles_deg: [f32; ARMS], motor_torques_nm: [f32; ARMS]) -> Option<Vec3> {
+        let arms_nm = Vector2::from(motor_torques_nm).cast::<f64>() / self.motor_share;
         let makers_n = self.jacobian(angles_deg)?.transpose().try_inverse()? * arms_nm;
         Some(Vec3::new(-makers_n.x as f32, 0.0, makers_n.y as f32))
     }
@@ -257,9 +257,12 @@ mod tests {
         let generation = Pantograph::GEN3;
         let angles = generation.angles_deg(Vec3::zeros());
         let force = Vec3::new(300.0, 40.0, -200.0);
-        let told = generation.torques_nm(angles, force).unwrap();
-        assert!(told.iter().all(|torque| torque.abs() <= 0.1231), "{told:?}");
-        let rendered = generation.force_n(angles, told).unwrap();
+        let torques = generation.torques_nm(angles, force).unwrap();
+        assert!(
+            torques.iter().all(|torque| torque.abs() <= 0.1231),
+            "{torques:?}"
+        );
+        let rendered = generation.force_n(angles, torques).unwrap();
         assert!(rendered.y.abs() < 1e-9);
         let plane = Vec3::new(force.x, 0.0, force.z);
         assert!(rendered.normalize().dot(&plane.normalize()) > 0.9999);
@@ -313,15 +316,15 @@ mod tests {
             let generation = ALL[which];
             let angles = generation.angles_deg(place);
             let force = Vec3::new(force[0], 0.0, force[1]);
-            let told = generation.torques_nm(angles, force).unwrap();
+            let torques = generation.torques_nm(angles, force).unwrap();
             let turned: [f32; 2] = std::array::from_fn(|arm| angles[arm] + turn[arm]);
             let back: [f32; 2] = std::array::from_fn(|arm| angles[arm] - turn[arm]);
             let moved = generation.position_m(turned).unwrap() - generation.position_m(back).unwrap();
             let work: f32 = (0..2)
-                .map(|arm| told[arm] / 0.1 * 2.0 * turn[arm].to_radians())
+                .map(|arm| torques[arm] / 0.1 * 2.0 * turn[arm].to_radians())
                 .sum();
             prop_assert!((force.dot(&moved) - work).abs() < 2e-6, "{work}");
-            let rendered = generation.force_n(angles, told).unwrap();
+            let rendered = generation.force_n(angles, torques).unwrap();
             prop_assert!((rendered - force).norm() < 1e-4, "{rendered} {force}");
         }
     }

@@ -92,7 +92,7 @@ struct Shared {
 impl Inverse3Haptic {
     /// Opens the device with this number (`None`: the first) through the service at `address`, a
     /// host of this computer with or without a port, usually `localhost`. Force is not sent over a
-    /// network. It waits up to 2 s, so it is not for the tick.
+    /// network. Waits up to 2 s, so the tick must not call it.
     pub fn open(address: &Path, device: Option<&str>) -> Result<Self, HardwareError> {
         let service = |what: String| HardwareError::Service {
             path: address.to_path_buf(),

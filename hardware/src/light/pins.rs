@@ -81,7 +81,7 @@ impl PinLight<TTYPort> {
         std::thread::sleep(SETTLE);
         Self::on(port, pin).map_err(|what| HardwareError::NotSerial {
             path: path.to_path_buf(),
-            what: format!("it has no {}: {what}", pin.name()),
+            what: format!("the port has no {}: {what}", pin.name()),
         })
     }
 }
@@ -144,6 +144,6 @@ mod tests {
         let path = std::path::PathBuf::from(near.name().unwrap());
         drop(near);
         let error = PinLight::open(&path, Pin::Dcd).unwrap_err().to_string();
-        assert!(error.contains("it has no DCD"), "{error}");
+        assert!(error.contains("the port has no DCD"), "{error}");
     }
 }

@@ -82,7 +82,7 @@ pub(crate) enum Written {
 
 impl Line {
     /// Opens `path` exclusively, in raw mode with 8N1. Sets RTS low if the line has that wire,
-    /// because a high RTS resets an Ascension tracker. It may wait, so it is not for the tick.
+    /// because a high RTS resets an Ascension tracker. May wait, so the tick must not call it.
     pub(crate) fn open(path: &Path, baud: u32) -> Result<Self, HardwareError> {
         let mut port = open_port(path, baud)?;
         // Ptys and some USB adapters have no RTS (ENOTTY), so there the error is ignored.

@@ -92,8 +92,8 @@ pub struct EvdevPedal {
 }
 
 impl EvdevPedal {
-    /// Opens and grabs the input device at `path` (`/dev/input/by-id/…-event-kbd`). It may wait, so
-    /// it is not for the tick.
+    /// Opens and grabs the input device at `path` (`/dev/input/by-id/…-event-kbd`). May wait, so
+    /// the tick must not call it.
     pub fn open(path: &Path, roles: Roles) -> Result<Self, HardwareError> {
         let mut device =
             evdev::raw_stream::RawDevice::open(path).map_err(|error| open_error(path, &error))?;

@@ -137,7 +137,7 @@ mod tests {
         };
         assert_eq!(echo, Some(expected));
         let same = tick(&mut echoes, start.wrapping_add(3000), Some(1), 4);
-        assert_eq!(same, None, "told once");
+        assert_eq!(same, None, "reported once");
         let later = tick(&mut echoes, start.wrapping_add(4000), Some(3), 5);
         assert_eq!(
             later.map(|it| it.took_us),

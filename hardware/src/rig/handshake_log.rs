@@ -130,7 +130,7 @@ impl HandshakeLog {
             "Correct the wrong message: hardware/PROTOCOL.md has its bytes"
         } else if answered {
             // The host drops a good answer only as a repetition.
-            "CAPABILITIES had the sequence number of the message before it, so it was dropped: count up by one \
+            "CAPABILITIES had the sequence number of the message before it, so the host dropped it: count up by one \
              per message"
         } else if !self.valid.is_empty() {
             "The firmware must answer HELLO with CAPABILITIES"
@@ -138,7 +138,7 @@ impl HandshakeLog {
             "Compare the frames with the test vectors of hardware/PROTOCOL.md, and the rate of the line \
              with 1 000 000 baud"
         };
-        format!("Came: {}.{example} {remedy}", parts.join("; "))
+        format!("Received: {}.{example} {remedy}", parts.join("; "))
     }
 }
 
@@ -224,7 +224,7 @@ mod tests {
         assert!(words.contains("none of which is 00"), "{words}");
         let words = said(Switches::default().frame(1).as_bytes());
         assert!(
-            words.contains("Came: 1 good SWITCHES. The firmware must"),
+            words.contains("Received: 1 good SWITCHES. The firmware must"),
             "{words}"
         );
     }

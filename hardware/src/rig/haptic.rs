@@ -45,8 +45,8 @@ pub struct RigStatus {
 }
 
 impl RigHaptic {
-    /// Opens the line, greets the device and checks its capabilities. It waits up to 5 s for the
-    /// answer, so it is not for the tick.
+    /// Opens the line, greets the device and checks its capabilities. Waits up to 5 s for the
+    /// answer, so the tick must not call it.
     pub fn open(path: &Path) -> Result<Self, HardwareError> {
         Ok(Self::of(Host::open(path, DeviceKind::Haptic)?))
     }

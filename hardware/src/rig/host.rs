@@ -102,8 +102,8 @@ impl BadReason {
 }
 
 impl Host {
-    /// Opens the line and greets the device. It waits up to 5 s for the answer, so it is not for
-    /// the tick.
+    /// Opens the line and greets the device. Waits up to 5 s for the answer, so the tick must not
+    /// call it.
     pub(super) fn open(
         path: &Path,
         kind: DeviceKind,

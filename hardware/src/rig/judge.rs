@@ -29,7 +29,7 @@ const NOISE_M: f32 = 0.003;
 const FASTEST_M_S: f32 = 10.0;
 /// Distance above which an unchanged position counts as frozen, m. The distance is the integral of
 /// the reported velocity over the time in which the position does not change. Encoders resolve a
-/// tenth of it.
+/// tenth of this distance.
 const FROZEN_TRAVEL_M: f32 = 0.0005;
 /// Longest time between two samples in that integral, µs. A device that pauses for longer, such as
 /// an emulated one on a busy computer, does not move in the pause, although its clock goes on. The
@@ -39,10 +39,10 @@ const FROZEN_STEP_MAX_US: u32 = 2000;
 const MOVING_M_S: f32 = 0.005;
 /// Time between two polls above which samples may have waited in this computer, ns.
 const HOST_PAUSE_NS: u64 = 20_000_000;
-/// Polls in a row of at most [`CALM_BYTES`] after which the backlog counts as drained. The reading
-/// thread, which may have stood still as well, has run by then.
+/// Number of consecutive polls with at most [`CALM_BYTES`] after which the backlog counts as
+/// drained. The reading thread, which may have stood still as well, has run by then.
 const CALM_POLLS: u32 = 3;
-/// Most bytes of a poll without a backlog: about ten frames.
+/// Largest number of bytes of a poll without a backlog: about ten frames.
 const CALM_BYTES: usize = 512;
 /// Length of a window in which the device's clock is compared with this computer's, ns.
 const UNIT_WINDOW_NS: u64 = 400_000_000;
@@ -76,8 +76,11 @@ pub(super) struct Judge {
     calm_polls_needed: u32,
     last: Option<ClockedPosition>,
     admitted: Option<ClockedPosition>,
+    /// Number of consecutive samples of the present leap that agree with each other; 0: no leap.
     agreeing: u32,
+    /// Number of consecutive forward steps of the device's clock.
     forward_steps: u32,
+    /// Number of consecutive repetitions of a clock reading.
     clock_repeats: u32,
     clock_is_bad: bool,
     /// Windows in a row in which the clock's unit was wrong.
@@ -88,7 +91,9 @@ pub(super) struct Judge {
     trail: Trail,
     noise: Noise,
     bundles: Bundles,
+    /// Number of the newest confirmed force, and the device's time at its first confirmation, µs.
     confirmed: Option<(u16, u32)>,
+    /// Forces sent since that confirmation.
     sends: u32,
     sent_ns: TimeNs,
     /// Forces that the line refused since it last accepted one.

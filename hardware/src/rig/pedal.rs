@@ -50,8 +50,8 @@ impl Electrodes {
 }
 
 impl RigPedal {
-    /// Opens the line, greets the pedal and checks its capabilities. It waits up to 5 s for the
-    /// answer, so it is not for the tick.
+    /// Opens the line, greets the pedal and checks its capabilities. Waits up to 5 s for the
+    /// answer, so the tick must not call it.
     pub fn open(path: &Path) -> Result<Self, HardwareError> {
         let (host, identity) = Host::open(path, DeviceKind::Pedal)?;
         let silence_ns = MISSED_REPORTS * 1_000_000_000 / u64::from(identity.rate_hz);
@@ -140,7 +140,7 @@ mod tests {
         let mut electrodes = Electrodes::default();
         assert_eq!(electrodes.update([false, true]), [false, true]);
         assert!(electrodes.release_all());
-        assert!(!electrodes.release_all(), "told once");
+        assert!(!electrodes.release_all(), "reported once");
         assert_eq!(
             electrodes.update([false, true]),
             [false, false],

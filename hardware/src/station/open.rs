@@ -33,8 +33,8 @@ impl HapticSpec {
         Ok(())
     }
 
-    /// Opens the device with the station's limits and motion scale. It may wait, so it is not for
-    /// the tick.
+    /// Opens the device with the station's limits and motion scale. May wait, so the tick must not
+    /// call it.
     pub fn open(&self) -> Result<Box<dyn HapticDevice + Send>, HardwareError> {
         self.open_again(false)
     }
@@ -72,7 +72,7 @@ impl HapticSpec {
 }
 
 impl TrackerSpec {
-    /// Opens the tracker. It may wait, so it is not for the tick.
+    /// Opens the tracker. May wait, so the tick must not call it.
     pub fn open(&self) -> Result<BirdTracker, HardwareError> {
         match self.driver {
             TrackerDriver::Bird => BirdTracker::open(&self.path, self.setup),
@@ -82,7 +82,7 @@ impl TrackerSpec {
 }
 
 impl PedalSpec {
-    /// Opens the pedal, and the second one if there is one. It may wait, so it is not for the tick.
+    /// Opens the pedal, and the second one if there is one. May wait, so the tick must not call it.
     pub fn open(&self) -> Result<Box<dyn Pedal + Send>, HardwareError> {
         let first = self.open_alone()?;
         Ok(match &self.second {

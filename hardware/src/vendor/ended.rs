@@ -47,7 +47,7 @@ extern "C" fn report_exit() {
     let _ = writeln!(
         std::io::stderr(),
         "calot: {library}: the vendor's library ended the program while it opened the device. Run the \
-         vendor's own diagnosis, which shows why (often the licence, a configuration file or a right)"
+         vendor's own diagnosis, which shows why (often the licence, a configuration file or a missing permission)"
     );
     _exit(1);
 }

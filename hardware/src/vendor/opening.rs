@@ -66,7 +66,7 @@ impl LibraryAccess {
             });
         }
         self.hangs.store(false, Ordering::Release);
-        let (tell, told) = sync_channel(1);
+        let (sender, receiver) = sync_channel(1);
         let named = library.display().to_string();
         let spawned = thread::Builder::new()
             .name(self.name.into())
@@ -76,7 +76,7 @@ impl LibraryAccess {
                     self.release();
                 }
                 // If nobody waits any more, the device is dropped, which releases the library.
-                let _ = tell.send(opened);
+                let _ = sender.send(opened);
             });
         if let Err(error) = spawned {
             self.release();
@@ -86,12 +86,12 @@ impl LibraryAccess {
                 what: error.to_string(),
             });
         }
-        match told.recv_timeout(LIMIT) {
+        match receiver.recv_timeout(LIMIT) {
             Ok(opened) => opened,
             Err(RecvTimeoutError::Timeout) => {
                 self.hangs.store(true, Ordering::Release);
                 // The library may have returned just now.
-                if let Ok(opened) = told.try_recv() {
+                if let Ok(opened) = receiver.try_recv() {
                     self.hangs.store(false, Ordering::Release);
                     return opened;
                 }
@@ -102,7 +102,7 @@ impl LibraryAccess {
                 Err(HardwareError::Line {
                     path,
                     doing: "opening the vendor's library",
-                    what: "Calot's driver broke off; please report this".to_owned(),
+                    what: "Calot's driver panicked; please report this".to_owned(),
                 })
             }
         }

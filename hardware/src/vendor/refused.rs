@@ -51,7 +51,7 @@ const UNDEFINED: &str = "undefined symbol: ";
 const MISSING: &str =
     "Install the package that holds it (`ldd` on the library lists what is missing)";
 /// Remedy if such a library is of the wrong release.
-const OTHER_RELEASE: &str = "Install the release of it that the library was built for (`ldd -r` on the library lists what is missing)";
+const OTHER_RELEASE: &str = "Install the release of that dependency for which the library was built (`ldd -r` on the library lists what is missing)";
 
 fn cause(path: &Path, words: &str, product: &Product) -> (String, &'static str) {
     if let Some(found) = wrong_kind(path, product) {
@@ -61,7 +61,7 @@ fn cause(path: &Path, words: &str, product: &Product) -> (String, &'static str) 
     if words.contains("not found (required by") {
         return (
             words.to_owned(),
-            "The library that requires it was built for another release of the system: take its package for this one",
+            "The library that requires it was built for another release of the system: install its package for this release",
         );
     }
     if first.contains(".so") && Path::new(first).file_name() != path.file_name() {
@@ -73,7 +73,7 @@ fn cause(path: &Path, words: &str, product: &Product) -> (String, &'static str) 
     if let Some(symbol) = after(words, UNDEFINED) {
         return (
             format!("the library needs `{symbol}`, which none of the libraries that it uses has"),
-            "Install the releases of those that it was built for (`ldd -r` on the library lists what is missing)",
+            "Install the releases of these dependencies for which the library was built (`ldd -r` on the library lists what is missing)",
         );
     }
     if words.contains("ermission denied") {

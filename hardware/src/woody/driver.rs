@@ -53,7 +53,7 @@ pub struct WoodyHaptic {
 
 impl WoodyHaptic {
     /// Opens the line with the published mechanism. The device must have been zeroed in its home
-    /// position. It waits up to 2 s for an answer, so it is not for the tick.
+    /// position. Waits up to 2 s for an answer, so the tick must not call it.
     pub fn open(path: &Path) -> Result<Self, HardwareError> {
         Self::open_as(path, Mechanism::WOODY)
     }

@@ -137,7 +137,7 @@ fn the_emulated_handle_that_opens_passes() {
     let report = once_good(|| hardware::conformance::haptic(&emulator.lines.haptic, &mut moving()));
     let said = &report.check("opening").expect("judged").detail;
     assert!(
-        said.contains("opens by 30 mm with up to 5.0 N; 0 samples said nothing"),
+        said.contains("opens by 30 mm with up to 5.0 N; 0 samples had no opening"),
         "{said}"
     );
 }
@@ -250,7 +250,7 @@ fn a_device_with_absurd_damping_fails() {
 
 #[test]
 fn a_delay_that_is_not_declared_fails() {
-    fails_in(Mistake::DelayUndeclared, &["delay"], "the echo needs");
+    fails_in(Mistake::DelayUndeclared, &["delay"], "the force echo needs");
 }
 
 #[test]

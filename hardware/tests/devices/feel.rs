@@ -313,7 +313,7 @@ fn a_large_force_with_the_wrong_sign_fails() {
     let report = felt(None, 1).report;
     let said = report.check("push hard").map(|it| it.detail.clone());
     assert!(
-        said.is_some_and(|it| it.contains("from there to 3.3 N nothing was tested")),
+        said.is_some_and(|it| it.contains("to 3.3 N were not tested")),
         "{report}"
     );
 }

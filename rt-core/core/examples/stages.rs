@@ -13,12 +13,15 @@ use rt_core::port::{Buttons, ForceCommand};
 use rt_core::sim::{Parameters, Ports, Samples, Sim, Stage, TickView};
 use rt_core::state::State;
 
+/// Ticks of a measurement. The instrument sinks 20 mm into the liver meanwhile.
 const TICKS: u32 = 4000;
 
-/// Ports that pass calls on to a bench and measure the time of each stage.
+/// Ports of a bench, with the time of each stage.
 struct Timed {
     inner: Bench,
+    /// End of the last stage.
     last: Instant,
+    /// Times of each stage in all ticks.
     stage_us: [Vec<f64>; 7],
 }
 
@@ -41,8 +44,8 @@ impl Ports for Timed {
     }
 }
 
-/// Measures the stages. `iterations` is the number for the paper's method; `None` uses Calot's
-/// method.
+/// Measures the stages and prints them. With `iterations` the paper's method solves, with so many
+/// iterations in a tick; with `None` Calot's method solves.
 fn measure(name: &str, anatomy: &Anatomy, iterations: Option<u32>) {
     let (mut state, mut paper) = (Box::new(State::new()), paper(iterations));
     let parameters = Parameters {
@@ -71,6 +74,7 @@ fn measure(name: &str, anatomy: &Anatomy, iterations: Option<u32>) {
         anatomy.links.len(),
         anatomy.tetrahedra.len()
     );
+    // Sums of the smallest times and of the medians.
     let mut sum = (0.0, 0.0);
     for (stage, times_us) in Stage::ALL.iter().zip(&mut timed.stage_us) {
         times_us.sort_by(f64::total_cmp);

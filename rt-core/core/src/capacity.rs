@@ -8,12 +8,13 @@
 //!   Links beyond `MAX_TUBE_LINKS` are drawn as intact.
 //! - Limits of a tick: `MAX_CONTACTS`, `INSTRUMENT_POINTS`, `MAX_TOOL_POINTS`, `MAX_TUBE_CONTACTS`,
 //!   `MAX_CONTACT_CONSTRAINTS`, `MAX_SPHERE_PAIRS`, `MAX_CLOSE_PAIRS`, `MAX_EVENTS_PER_TICK`,
-//!   `MAX_GRASPED`. A tick drops the excess, and raises a fault, except for tool points.
+//!   `MAX_GRASPED`. A tick drops the excess and raises a fault. Only excess tool points raise none.
 //! - Limits until the next reset: `MAX_HOLES`, `MAX_CLIPPED`, `MAX_SCORCHED`. Further leaks and
 //!   clipped places are dropped. A further burnt place replaces the least burnt one.
 //! - `MAX_CAPSULES` is never reached: both tools together have four capsules at most.
-//! - `CLIPS` is a supply.
-//! - `TROCAR_FRICTION_MAX_N` and `TROCAR_WALL_MAX_NM_RAD` bound what a scene may ask of the port.
+//! - `CLIPS` is the number of clips that the applier holds.
+//! - `TROCAR_FRICTION_MAX_N` and `TROCAR_WALL_MAX_NM_RAD` bound the friction and the elasticity of
+//!   the port that a scene may ask for.
 //!
 //! Nine of the limits are also limits of messages and files (`shared_mem::limits`).
 //! `border.rs` of `rt-process` does not compile if one of them differs.
@@ -61,7 +62,7 @@ pub const MAX_EVENTS_PER_TICK: usize = 32;
 pub const CLIPS: u32 = 12;
 /// Places on tubes that clips close, all clips together; a clip over two tubes takes two.
 pub const MAX_CLIPPED: usize = 24;
-/// Links of tubes whose state is published: the first in the scene. Later links are drawn as
+/// Links of tubes whose state is published: the first ones in the scene. Later links are drawn as
 /// intact.
 pub const MAX_TUBE_LINKS: usize = 2048;
 /// Places where vessels, ducts and bags leak.

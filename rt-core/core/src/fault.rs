@@ -4,8 +4,9 @@
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Fault {
-    /// A sample of haptic device or tracker was not finite, not a rigid pose, more than 10 m from
-    /// its origin along an axis, or had an opening outside 0..=1. Answer: the sample is ignored.
+    /// A sample of the haptic device or the tracker was not finite, not a rigid pose, more than 10
+    /// m from its origin along an axis, or had an opening outside 0..=1. Answer: the sample is
+    /// ignored.
     BadSample = 0,
     /// The force was not finite. Answer: zero force.
     BadForce = 1,
@@ -47,15 +48,16 @@ pub enum Fault {
     Damped = 16,
     /// Both electrosurgery pedals are pressed. Answer: no current.
     BothElectrodes = 17,
-    /// A person has not enabled the force, or has cut it. Answer: zero force.
+    /// No person has enabled the force, or a person has cut it. Answer: zero force.
     NotEnabled = 18,
     /// The force rises after it was enabled, or falls while the pose is stale or the simulation
-    /// paused. Answer: a share of it is rendered.
+    /// paused. Answer: a share of the force is rendered.
     Ramped = 19,
     /// The haptic device is open but sends no valid sample. Answer: force falls to zero.
     SilentDevice = 20,
-    /// The haptic device repeats a position, while its velocity or its clock says otherwise.
-    /// Answer: the samples are dropped, so the force falls to zero.
+    /// The haptic device repeats a position although it reports a velocity, or repeats both a
+    /// position and the time of its clock. Answer: the samples are dropped, so the force falls to
+    /// zero.
     FrozenDevice = 21,
     /// The haptic device's clock runs backwards, stands still or has another unit. Answer: the
     /// samples are dropped, so the force falls to zero.
@@ -70,8 +72,9 @@ pub enum Fault {
     /// The haptic device does not confirm the forces sent to it. Answer: the samples are dropped,
     /// so the force falls to zero.
     DeafDevice = 25,
-    /// The connection to the pedal is lost, or nothing arrives on it any more. Answer: a lost pedal
-    /// reads as released; a silent one keeps its last state until its driver reports it as lost.
+    /// The connection to the pedal is lost, or the pedal sends nothing any more. Answer: a lost
+    /// pedal reads as released; a silent one keeps its last state until its driver reports it as
+    /// lost.
     LostPedal = 26,
     /// A pedal has been held down since the start, or since its connection returned. Answer: the
     /// pedal reads as released until the foot has released it once.
@@ -134,7 +137,7 @@ impl Fault {
         self as u8
     }
 
-    /// A name for reports.
+    /// Name of the fault in reports.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -279,7 +282,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn codes_are_indices_and_count_separately() {
+    fn fault_codes_are_indices_and_faults_count_separately() {
         for (i, fault) in Fault::ALL.into_iter().enumerate() {
             assert_eq!(usize::from(fault.code()), i);
             let mut set = FaultSet::NONE;

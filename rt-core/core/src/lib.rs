@@ -26,7 +26,7 @@
 //! | word | meaning |
 //! |---|---|
 //! | device pose | pose of the handle as the hand holds it |
-//! | proxy pose | pose of the instrument; it lags while contact exceeds the device's force |
+//! | proxy pose | pose of the instrument; it differs while tissue exceeds the device's force |
 //! | port (trocar) | the point of the abdominal wall about which a shaft pivots |
 //! | tool | a rigid instrument in the simulation, made of capsules |
 //! | part | one capsule of a tool: shaft, jaw, hook tip, endoscope |
@@ -36,7 +36,7 @@
 //! | link, rest length | a distance constraint between two spheres of one organ |
 //! | attachment | a distance constraint between two organs, or between an organ and the world |
 //! | suture | a thread from an organ to the abdominal wall; it pulls and never pushes |
-//! | tetrahedron, batch | a solid element between four spheres; eight that share no sphere |
+//! | tetrahedron, batch | a solid element of four spheres; eight elements without common spheres |
 //! | held sphere | a sphere that the constraints do not move: it is fixed, or led along a path |
 //! | compliance | inverse stiffness of a constraint, m/N |
 //! | lambda | multiplier of a constraint: its force times the square of the substep |
@@ -45,19 +45,20 @@
 //! | retardation time | time constant of the material's viscous damping, s |
 //! | contact skin | closed triangle surface of an organ against which tools collide |
 //! | bead | a ball on the centre line of a tube; tools collide with beads where there is no skin |
-//! | separation | signed distance along the normal, tissue to tool; negative: penetration |
+//! | separation | signed distance from tissue to tool along the normal; negative: penetration |
 //! | candidate | a place where tool and tissue may touch within the tick |
 //! | contact constraint | a candidate that is solved |
 //! | contact force | the result of a contact constraint |
 //! | persistent contact | a contact tracked from tick to tick with its cached force |
 //! | warm start | a share of the last force, applied before the constraints are solved |
 //! | influence coefficient | displacement at one place per force at another (Boussinesq) |
-//! | separation offset | a decaying addition that keeps a separation without steps |
+//! | separation offset | a decaying addition to a separation that would otherwise jump |
 //! | damage | the broken share of a link or attachment, 0 to 1 (cohesive zone) |
 //! | cell | a hexahedron of fat or connective tissue that can be removed |
 //! | passivity, Z-width | as in Colgate, Adams and Hannaford |
-//! | transition | a fade of the force after a command that would end it at once |
-//! | clip, grip, bite | a closed titanium clip; closed jaws; the tissue between them |
+//! | transition | a gradual end of a force that a command would end at once |
+//! | clip | a closed titanium clip |
+//! | grip, bite | jaws closed on tissue; the tissue between them |
 //! | event | an occurrence that a tick reports: contact, tear, cut, leak |
 //! | fault | an error that a tick detected, with a fixed answer and a counter |
 //! | stale | a sample older than its limit |
@@ -65,11 +66,11 @@
 //! | missed period | a control period that was skipped |
 //! | checkpoint, digest | a copy of all that changes; a hash of what a tick computed |
 //!
-//! # Rooms
+//! # Modules
 //!
-//! A room is a module at the top of this crate:
+//! The project's documents call these modules *rooms*. [`scene::Room`] is the operating room.
 //!
-//! | room | contents |
+//! | module | contents |
 //! |---|---|
 //! | [`capacity`] | limits of arrays and loops |
 //! | [`fault`] | faults of a tick, and their counters |
@@ -89,11 +90,10 @@
 //! | [`study`] | tissue without devices, for studies, tests and preparation |
 //! | [`sim`] | the tick |
 //!
-//! The room [`port`] holds the interfaces to devices. In geometry a port is a trocar, as in
+//! The module [`port`] holds the interfaces to devices. In geometry a port is a trocar, as in
 //! `instrument_port_m`.
 //!
-//! A test keeps each room to the rooms from which it may import; `tests/tidy/tests/layers.rs` lists
-//! them.
+//! `tests/tidy/tests/layers.rs` lists the modules from which each module may import, and checks it.
 #![no_std]
 #![deny(unsafe_code)]
 

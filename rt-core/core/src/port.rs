@@ -36,7 +36,7 @@ pub struct DeviceSample {
     /// Buttons pressed.
     pub buttons: Buttons,
     /// Opening of the handle, 0 shut to 1 wide open, when the device measures it. The jaws follow
-    /// the opening; without one they close by [`Buttons::GRASP`].
+    /// the opening; without a measured opening, they close by [`Buttons::GRASP`].
     pub opening: Option<f32>,
     /// Counter of the samples that the device has taken; it wraps around.
     pub sequence: u16,
@@ -69,11 +69,11 @@ pub struct TrackerSample {
 /// State of the foot pedal. A lost pedal reads as released.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct PedalSample {
-    /// Electrosurgery: cut.
+    /// True while the pedal of the cutting current is pressed.
     pub cut: bool,
-    /// Electrosurgery: coagulate.
+    /// True while the pedal of the coagulating current is pressed.
     pub coagulate: bool,
-    /// Locks the endoscope's camera in place.
+    /// True while the pedal that locks the endoscope's camera in place is pressed.
     pub camera_lock: bool,
     /// Time at which the state was read.
     pub at_ns: TimeNs,
@@ -138,8 +138,9 @@ pub struct DeviceCapabilities {
     pub stiffness_max_n_m: f32,
     /// Largest damping that the device renders, N s/m.
     pub damping_max_n_s_m: f32,
-    /// Damping of the device itself, N s/m, including the equivalent damping of its dry friction
-    /// against a tremor. This damping absorbs the energy that sampling and delay generate.
+    /// Damping of the device itself, N s/m. It includes the viscous damping that equals the
+    /// device's dry friction in a tremor. This damping absorbs the energy that sampling and delay
+    /// generate.
     pub damping_n_s_m: f32,
     /// Delay from a movement to its sample plus delay from a command to its force, s. The time for
     /// which a force is held between two commands is not included.
@@ -240,16 +241,16 @@ impl Identity {
     /// An identity with the printable ASCII of `name`, up to a zero. Other bytes become `?`.
     #[must_use]
     pub fn new(name: &[u8], serial: u32) -> Self {
-        let mut own = Self {
+        let mut identity = Self {
             serial,
             ..Self::default()
         };
         for &byte in name.iter().take_while(|&&byte| byte != 0) {
             let is_printable = (b' '..=b'~').contains(&byte);
             let letter = if is_printable { byte.into() } else { '?' };
-            let _ = own.name.push(letter); // a longer name is cut off
+            let _ = identity.name.push(letter); // a longer name is cut off
         }
-        own
+        identity
     }
 }
 
@@ -267,7 +268,8 @@ pub struct Findings {
     pub noise_um: Option<u32>,
 }
 
-/// A device's report about a force: the time from hand to force by its own clock.
+/// A device's report about a force: the time from a motion of the hand to the force, by the
+/// device's clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Echo {
     /// Arrival of the sample from which the force came, ns.
@@ -298,7 +300,7 @@ pub trait HapticDevice {
     /// The newest sample since the last poll.
     fn poll(&mut self, now_ns: TimeNs) -> Polled<DeviceSample>;
     /// Polls like [`Self::poll`], and passes every sample since the last poll to `each`, also
-    /// samples that are too old for the simulation. By default only the newest sample.
+    /// samples that are too old for the simulation. The default passes only the newest sample.
     fn poll_each(
         &mut self,
         now_ns: TimeNs,

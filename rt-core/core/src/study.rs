@@ -169,7 +169,8 @@ impl<'a> Tissue<'a> {
         }
     }
 
-    /// Ends the last substeps and the tick. Returns the number of spheres that were put back.
+    /// Ends the last substep of every organ, and the tick. Returns the number of spheres that were
+    /// put back.
     fn end(&mut self) -> u32 {
         let (scene, bodies) = (self.scene, &mut *self.bodies);
         let mut quarantined = 0;

@@ -116,7 +116,7 @@ pub enum EventKind {
     /// sphere, m/s.
     Shake,
     /// The instrument is inside an organ at its device's first sample, or at the first after a gap;
-    /// value: its depth, m.
+    /// value: depth of the instrument in the organ, m.
     Buried,
     /// The instrument presses on an organ harder by 0.1 N than at the last `Press` of this contact;
     /// value: smoothed force on the organ, N.
@@ -127,8 +127,8 @@ pub enum EventKind {
     /// clip's number. A clip on two organs raises two events.
     Unclipped,
     /// Heat has destroyed tissue of an organ, at the hottest place of the organ; value: destroyed
-    /// volume since the last reset, m³. It has an Arrhenius sum of at least 1. Raised again when
-    /// the volume has grown, at most twice a second.
+    /// volume since the last reset, m³. The Arrhenius sum of destroyed tissue is at least 1. Raised
+    /// again when the volume has grown, at most twice a second.
     Seared,
 }
 

@@ -22,8 +22,8 @@ pub(crate) type BatchDone = Signal<NoopRawMutex, bool>;
 ///
 /// With [`OnViolation::Abort`] and locked memory, the process ends at the end of a batch if:
 ///
-/// - the thread took a page fault. A kernel that moves locked pages may cause [`MOVED_MAX`] of them
-///   in a run.
+/// - the thread took a page fault. A kernel that moves locked pages may cause [`MOVED_MAX`] of
+///   these faults in a run.
 /// - the thread blocked: it waited for anything other than its next tick (a lock, a file).
 ///
 /// A block is excused in two kinds of batches. In a batch with missed periods the process may have
@@ -78,8 +78,8 @@ pub(crate) async fn account(
     }
 }
 
-/// Largest number of page faults of a run that may be pages that the kernel moved. It may go on
-/// moving memory for minutes.
+/// Largest number of page faults in a run that is excused, because the kernel may have moved the
+/// pages. The kernel may continue to move memory for minutes.
 const MOVED_MAX: u64 = 16;
 
 /// True if the kernel moves locked pages to form larger free blocks. Each move is a page fault.

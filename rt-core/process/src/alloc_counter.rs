@@ -89,8 +89,8 @@ fn note() {
             disarm();
             let trace = std::backtrace::Backtrace::force_capture();
             // `eprintln` is avoided, because a test harness would capture the message.
-            let said = "the realtime thread allocated after its start";
-            let _ = writeln!(std::io::stderr(), "{said}:\n{trace}");
+            let message = "the realtime thread allocated after its start";
+            let _ = writeln!(std::io::stderr(), "{message}:\n{trace}");
             std::process::abort();
         }
     }

@@ -9,11 +9,11 @@
 //! 3. the frame for the display. After [`DROPPED_MAX`] dropped frames in a row, the next one is
 //!    published even if the tick is late. Events and timing records are never dropped.
 //!
-//! The tick drops the work if it needs more time than is left until the deadline, the start of the
-//! next period. For 1 and 2, it needs the time of all stages from the named one to `force`, as
-//! admission measured them in the scene's slowest tick. Without a measurement, it needs the sum of
-//! the stages' budgets. For 3, the need is the budget of stage `publish`. Each drop is counted and
-//! noted in the tick's record.
+//! The tick drops the work if the needed time is more than the time left until the deadline (the
+//! start of the next period). For 1 and 2, the needed time is that of all stages from the named one
+//! to `force`, as admission measured them in the scene's slowest tick; without a measurement, it is
+//! the sum of the stages' budgets. For 3, the needed time is the budget of stage `publish`. Each
+//! drop is counted and noted in the tick's record.
 
 use rt_core::sim::Stage;
 use shared_mem::message::STAGES;
@@ -87,7 +87,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn work_left_to_do_shrinks_from_stage_to_stage() {
+    fn time_needed_until_the_force_shrinks_from_stage_to_stage() {
         let needs = [1, 2, 4, 8, 16, 32, 64];
         assert_eq!(until_force_ns(&needs, Stage::Contact), 4 + 8 + 16);
         assert_eq!(until_force_ns(&needs, Stage::Solve), 8 + 16);

@@ -165,7 +165,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_defaults_are_in_range_and_nonsense_is_named() {
+    fn defaults_are_in_range_and_a_setting_out_of_range_is_named() {
         let good = RtConfig::new("s", "x.scene");
         assert!(good.check().is_ok());
         let bad = [

@@ -10,7 +10,7 @@ use crate::time_driver::now_ns;
 /// Largest number of ticks in a row without a sleep. A tick that always exceeds its period must
 /// still leave its core to others now and then; otherwise Linux stops it (realtime throttling) or
 /// ends it ([`crate::runaway`]).
-const BREATHLESS_MAX: u32 = 10;
+const TICKS_WITHOUT_SLEEP_MAX: u32 = 10;
 
 /// Runs `tick` on the schedule until it returns `Break`. After a stall, the periods that passed are
 /// skipped and counted; there is no burst to catch up.
@@ -18,14 +18,14 @@ pub async fn control(schedule: Schedule, tick: impl FnMut(Due) -> ControlFlow<()
     following(schedule, tick, || 0).await;
 }
 
-/// Runs `tick` as [`control`] does. After each tick, `step_ns` says by how much the next ones start
-/// later; a negative number is earlier.
+/// Runs `tick` as [`control`] does. After each tick, `step_ns` gives the time by which the next
+/// ticks start later, ns; a negative time makes them start earlier.
 pub async fn following(
     mut schedule: Schedule,
     mut tick: impl FnMut(Due) -> ControlFlow<()>,
     mut step_ns: impl FnMut() -> i64,
 ) {
-    let mut breathless = 0;
+    let mut ticks_without_sleep = 0;
     loop {
         Timer::at(Instant::from_ticks(schedule.next_ns())).await;
         if tick(schedule.begin(now_ns())).is_break() {
@@ -33,14 +33,14 @@ pub async fn following(
         }
         schedule.step(step_ns());
         let now = now_ns();
-        breathless = if now < schedule.next_ns() {
+        ticks_without_sleep = if now < schedule.next_ns() {
             0
         } else {
-            breathless + 1
+            ticks_without_sleep + 1
         };
-        if breathless >= BREATHLESS_MAX {
+        if ticks_without_sleep >= TICKS_WITHOUT_SLEEP_MAX {
             schedule.rest(now);
-            breathless = 0;
+            ticks_without_sleep = 0;
         }
     }
 }
@@ -118,7 +118,7 @@ mod tests {
         for pair in log.windows(2) {
             let slept_ns = pair[1].0 - pair[0].0 - cost_ns;
             without_sleep = if slept_ns == 0 { without_sleep + 1 } else { 0 };
-            assert!(without_sleep < BREATHLESS_MAX);
+            assert!(without_sleep < TICKS_WITHOUT_SLEEP_MAX);
         }
         // Every period is run or reported as missed.
         let missed: u64 = log.iter().map(|(_, due)| u64::from(due.missed)).sum();

@@ -2,7 +2,7 @@
 //! absent.
 //!
 //! The tick hands a lost device to the thread that opens devices ([`crate::reconnect`]). That
-//! thread closes it, opens it anew and hands it back.
+//! thread closes the device, opens it again and hands it back.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -54,7 +54,7 @@ impl Device {
         })
     }
 
-    /// Opens a lost device anew. Nobody holds its handle at the home position now, so a haptic
+    /// Opens a lost device again. Nobody holds its handle at the home position now, so a haptic
     /// device that must be held there is refused.
     pub(crate) fn reopen(
         kind: usize,
@@ -244,7 +244,7 @@ impl Devices {
     }
 
     /// Findings of the haptic device's last poll, and the fault of a pedal that is held down.
-    /// Without an open haptic device, only the pedal's fault.
+    /// Without an open haptic device, the result has only the pedal's fault.
     pub(crate) fn findings(&self) -> Findings {
         let mut findings = match self.slots.first().and_then(|slot| slot.device.as_ref()) {
             Some(Device::Haptic(haptic)) => self.silence.complete(haptic.findings()),
@@ -355,20 +355,23 @@ impl Devices {
 }
 
 /// Capabilities as a map from field name to value, for reports.
-fn by_name(can: DeviceCapabilities) -> BTreeMap<&'static str, f32> {
+fn by_name(capabilities: DeviceCapabilities) -> BTreeMap<&'static str, f32> {
     [
-        ("force_max_n", can.force_max_n),
-        ("force_continuous_n", can.force_continuous_n),
-        ("torque_max_n_m", can.torque_max_nm),
-        ("opening_travel_m", can.opening.travel_m),
-        ("opening_force_max_n", can.opening.force_max_n),
-        ("opening_stiffness_max_n_m", can.opening.stiffness_max_n_m),
-        ("stiffness_max_n_m", can.stiffness_max_n_m),
-        ("damping_max_n_s_m", can.damping_max_n_s_m),
-        ("damping_n_s_m", can.damping_n_s_m),
-        ("delay_s", can.delay_s),
-        ("workspace_radius_m", can.workspace_radius_m),
-        ("rate_hz", can.rate_hz),
+        ("force_max_n", capabilities.force_max_n),
+        ("force_continuous_n", capabilities.force_continuous_n),
+        ("torque_max_n_m", capabilities.torque_max_nm),
+        ("opening_travel_m", capabilities.opening.travel_m),
+        ("opening_force_max_n", capabilities.opening.force_max_n),
+        (
+            "opening_stiffness_max_n_m",
+            capabilities.opening.stiffness_max_n_m,
+        ),
+        ("stiffness_max_n_m", capabilities.stiffness_max_n_m),
+        ("damping_max_n_s_m", capabilities.damping_max_n_s_m),
+        ("damping_n_s_m", capabilities.damping_n_s_m),
+        ("delay_s", capabilities.delay_s),
+        ("workspace_radius_m", capabilities.workspace_radius_m),
+        ("rate_hz", capabilities.rate_hz),
     ]
     .into()
 }

@@ -4,8 +4,8 @@
 /// Number of ticks with a fresh sample that are kept. The echo of a force arrives some ticks later.
 const KEPT: usize = 64;
 
-/// For each of the newest ticks: arrival of its sample, and time from there until the force was
-/// sent, ns.
+/// For each of the newest ticks: arrival of its sample, and time from this arrival until the force
+/// was sent, ns.
 pub(crate) struct Echoed {
     ticks: [(u64, u32); KEPT],
     next: usize,

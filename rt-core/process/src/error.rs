@@ -86,8 +86,8 @@ pub enum RtError {
     /// The tick did not end when asked. The cause is a bug, or a machine that does not run the
     /// thread.
     #[error(
-        "the tick did not end within {waited_ms} ms after it was asked to; it was taken off the \
-         realtime scheduler; the device's own watchdog, if it has one, takes its force away"
+        "the tick's thread did not end within {waited_ms} ms of the request; it was taken off the \
+         realtime scheduler; the device's own watchdog, if it has one, sets the force to zero"
     )]
     Wedged {
         /// Time waited, ms.

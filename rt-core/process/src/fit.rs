@@ -39,7 +39,7 @@ const TICKS_EACH: usize = 3;
 /// last-level cache.
 const CACHE_BYTES: usize = 32 << 20;
 /// Pause before each tick, in which the measuring realtime thread lets other threads run.
-const BREATH: Duration = Duration::from_micros(50);
+const PAUSE: Duration = Duration::from_micros(50);
 
 /// Fastest measurement of one tick of the course.
 #[derive(Debug, Clone, Copy)]
@@ -58,16 +58,16 @@ pub(crate) fn measure(
     let asks = config.realtime == Realtime::Ask;
     let (priority, parameters) = (config.priority, config.parameters);
     let paper_iterations = config.paper_iterations;
-    let (tell, told) = mpsc::sync_channel(1);
+    let (sender, receiver) = mpsc::sync_channel(1);
     let thread = spawn("admission", TICK_STACK_BYTES, move || {
         if asks {
             // Refusals are ignored here, because the tick's thread will report the same ones.
             let _ = realtime::pin_to(&[core]);
             let _ = realtime::take_fifo(priority);
         }
-        let _ = tell.send(run_course(scene, parameters, paper_iterations));
+        let _ = sender.send(run_course(scene, parameters, paper_iterations));
     })?;
-    let found = told.recv();
+    let found = receiver.recv();
     join("admission", thread)?;
     let (mut costs, contacts_max) = found.unwrap_or_default();
     costs.sort_unstable_by_key(|cost| cost.tick_ns);
@@ -106,7 +106,7 @@ fn run_course(
             world.device_from_handle = *handle;
             world.now_ns += 1_000_000;
             empty_caches(&mut cache);
-            std::thread::sleep(BREATH);
+            std::thread::sleep(PAUSE);
             let start = monotonic_ns();
             world.last_stamp_ns = start;
             sim.tick(&mut world);

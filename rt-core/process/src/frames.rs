@@ -11,7 +11,7 @@ use shared_mem::message::{
     CapsuleMsg, ClipMsg, DentMsg, EventMsg, MAX_TUBE_LINKS, PoseMsg, SphereState, StateFrame,
     SutureMsg, TickRecord, ToolFrame,
 };
-use shared_mem::words::{self, EventKind as Told};
+use shared_mem::words::{self, EventKind as MessageKind};
 
 use crate::devices;
 
@@ -150,34 +150,34 @@ pub(crate) fn event(event: &Event, sequence: u64, tick: u64, at_ns: u64) -> Even
 }
 
 /// Kind of an event as messages carry it.
-fn kind(kind: EventKind) -> Told {
+fn kind(kind: EventKind) -> MessageKind {
     match kind {
-        EventKind::Contact => Told::Contact,
-        EventKind::Release => Told::Release,
-        EventKind::Grasp => Told::Grasp,
-        EventKind::LetGo => Told::LetGo,
-        EventKind::Slip => Told::Slip,
-        EventKind::Tear => Told::Tear,
-        EventKind::Cut => Told::Cut,
-        EventKind::Fault => Told::Fault,
-        EventKind::Electro => Told::Electro,
-        EventKind::Clip => Told::Clip,
-        EventKind::Burn => Told::Burn,
-        EventKind::Leak => Told::Leak,
-        EventKind::Removed => Told::Removed,
-        EventKind::Crush => Told::Crush,
-        EventKind::Perforation => Told::Perforation,
-        EventKind::Divided => Told::Divided,
-        EventKind::Stitch => Told::Stitch,
-        EventKind::Hung => Told::Hung,
-        EventKind::Reset => Told::Reset,
-        EventKind::Fall => Told::Fall,
-        EventKind::Shake => Told::Shake,
-        EventKind::Buried => Told::Buried,
-        EventKind::Press => Told::Press,
-        EventKind::Opened => Told::Opened,
-        EventKind::Unclipped => Told::Unclipped,
-        EventKind::Seared => Told::Seared,
+        EventKind::Contact => MessageKind::Contact,
+        EventKind::Release => MessageKind::Release,
+        EventKind::Grasp => MessageKind::Grasp,
+        EventKind::LetGo => MessageKind::LetGo,
+        EventKind::Slip => MessageKind::Slip,
+        EventKind::Tear => MessageKind::Tear,
+        EventKind::Cut => MessageKind::Cut,
+        EventKind::Fault => MessageKind::Fault,
+        EventKind::Electro => MessageKind::Electro,
+        EventKind::Clip => MessageKind::Clip,
+        EventKind::Burn => MessageKind::Burn,
+        EventKind::Leak => MessageKind::Leak,
+        EventKind::Removed => MessageKind::Removed,
+        EventKind::Crush => MessageKind::Crush,
+        EventKind::Perforation => MessageKind::Perforation,
+        EventKind::Divided => MessageKind::Divided,
+        EventKind::Stitch => MessageKind::Stitch,
+        EventKind::Hung => MessageKind::Hung,
+        EventKind::Reset => MessageKind::Reset,
+        EventKind::Fall => MessageKind::Fall,
+        EventKind::Shake => MessageKind::Shake,
+        EventKind::Buried => MessageKind::Buried,
+        EventKind::Press => MessageKind::Press,
+        EventKind::Opened => MessageKind::Opened,
+        EventKind::Unclipped => MessageKind::Unclipped,
+        EventKind::Seared => MessageKind::Seared,
     }
 }
 

@@ -14,7 +14,8 @@ pub(crate) struct HandlePedal {
     pressed: PedalSample,
     /// Last state of the pedal itself.
     pedal: PedalSample,
-    is_news: bool,
+    /// True if the joined state may have changed since it was last returned.
+    has_news: bool,
 }
 
 impl HandlePedal {
@@ -38,7 +39,7 @@ impl HandlePedal {
                     at_ns: sample.at_ns,
                 };
                 sample.buttons.0 &= !(cut | coagulate | camera_lock);
-                self.is_news = true;
+                self.has_news = true;
             }
             Polled::Lost => self.release(),
             Polled::Nothing => {}
@@ -64,10 +65,10 @@ impl HandlePedal {
                 self.pedal = PedalSample::default();
                 return Polled::Lost;
             }
-            Polled::Nothing if !self.is_news => return Polled::Nothing,
+            Polled::Nothing if !self.has_news => return Polled::Nothing,
             Polled::Nothing => {}
         }
-        self.is_news = false;
+        self.has_news = false;
         let (own, other) = (&self.pressed, &self.pedal);
         Polled::Fresh(PedalSample {
             cut: own.cut || other.cut,
@@ -79,7 +80,7 @@ impl HandlePedal {
 
     fn release(&mut self) {
         let pressed = &self.pressed;
-        self.is_news |= pressed.cut || pressed.coagulate || pressed.camera_lock;
+        self.has_news |= pressed.cut || pressed.coagulate || pressed.camera_lock;
         self.pressed = PedalSample {
             at_ns: pressed.at_ns,
             ..PedalSample::default()
@@ -119,11 +120,11 @@ mod tests {
     }
 
     #[test]
-    fn a_button_of_the_handle_is_the_pedal_s_and_no_longer_its_own() {
+    fn pedal_button_of_the_handle_acts_as_pedal_and_not_as_button() {
         let mut pedal = second_coagulates();
-        let mut said = handle(0b11, 1000);
-        pedal.take(&mut said);
-        assert_eq!(said, handle(0b01, 1000));
+        let mut polled = handle(0b11, 1000);
+        pedal.take(&mut polled);
+        assert_eq!(polled, handle(0b01, 1000));
         let joined = pedal.join(Polled::Nothing, 1000);
         assert_eq!(pressed(joined), Some([false, true, false]));
         assert_eq!(
@@ -141,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn a_handle_that_is_lost_or_silent_has_let_go() {
+    fn buttons_of_a_lost_or_silent_handle_are_released() {
         let mut pedal = second_coagulates();
         pedal.take(&mut handle(0b10, 1000));
         let _ = pedal.join(Polled::Nothing, 1000);
@@ -155,11 +156,11 @@ mod tests {
     }
 
     #[test]
-    fn handle_without_roles_changes_nothing() {
+    fn handle_without_pedal_buttons_changes_nothing() {
         let mut pedal = HandlePedal::default();
-        let mut said = handle(0xff, 1);
-        pedal.take(&mut said);
-        assert_eq!(said, handle(0xff, 1));
+        let mut polled = handle(0xff, 1);
+        pedal.take(&mut polled);
+        assert_eq!(polled, handle(0xff, 1));
         assert_eq!(pedal.join(Polled::Nothing, 1), Polled::Nothing);
     }
 }

@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lender_that_runs_dry_comes_back() {
+    fn lender_that_had_no_free_sample_lends_again() {
         let (mut filler, mut sender) = pair(2);
         assert!(filler.fill(|_| ()) && filler.fill(|_| ()));
         assert!(!filler.fill(|_| ()));

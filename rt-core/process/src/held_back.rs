@@ -128,7 +128,7 @@ mod tests {
         assert_eq!(held.reason, Some(Fault::StaleDevice));
     }
 
-    /// `cargo test -p rt-process --lib cost_of_noting -- --ignored --nocapture`
+    /// Run it with `cargo test -p rt-process --lib cost_of_noting -- --ignored --nocapture`.
     #[test]
     #[ignore = "measures, for the report"]
     fn cost_of_noting_a_tick() {

@@ -2,8 +2,8 @@
 
 use rt_core::port::{PedalSample, Polled};
 
-/// Switches of the electrosurgical unit that were seen released. The camera lock is not held back:
-/// it gives no current and may be a latching switch.
+/// Switches of the electrosurgical unit that have been released once. The camera lock is not held
+/// back: it gives no current and may be a latching switch.
 #[derive(Debug, Default)]
 pub(crate) struct HeldPedal {
     cut: bool,
@@ -49,7 +49,7 @@ mod tests {
         };
         match pedal.released_once(Polled::Fresh(sample)) {
             Polled::Fresh(sample) => sample.coagulate,
-            _ => panic!("a sample stays one"),
+            _ => panic!("a sample must stay a sample"),
         }
     }
 

@@ -224,7 +224,8 @@ pub(crate) fn capabilities(setup: &RunSetup) -> DeviceCapabilities {
     }
 }
 
-/// Trocar of a recorded run. A number that this program does not know means the scene's.
+/// Trocar of a recorded run. A number that this program does not know means the trocar of the
+/// scene.
 pub(crate) fn trocar(setup: &RunSetup) -> TrocarChoice {
     TrocarChoice::from_number(setup.trocar).unwrap_or_default()
 }
@@ -334,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_is_set_up_again_as_it_was() {
+    fn start_conditions_of_a_run_come_back_from_its_setup() {
         let device = DeviceCapabilities {
             opening: Opening {
                 travel_m: 0.025,

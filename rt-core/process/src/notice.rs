@@ -21,7 +21,7 @@ pub fn sentence(fault: &str, haptic: Option<&Path>, bundle_ms: u32) -> Option<St
              F). If nobody threw the handle, its positions are noisy"
         ),
         "stale_device" => format!(
-            "samples of {device} came late, or this computer stood still: the force was held down \
+            "samples of {device} came late, or this computer stood still: the force was lowered \
              meanwhile"
         ),
         "lost_device" => format!("the line to {device} was lost for a while: no force meanwhile"),
@@ -30,7 +30,7 @@ pub fn sentence(fault: &str, haptic: Option<&Path>, bundle_ms: u32) -> Option<St
              `calot devices conformance`"
         ),
         "frozen_device" => format!(
-            "{device} sends one sample again and again, or one position while it says that it moves: no \
+            "{device} repeats one sample, or repeats one position while it reports a velocity: no \
              force meanwhile"
         ),
         "device_clock" => format!(
@@ -41,10 +41,12 @@ pub fn sentence(fault: &str, haptic: Option<&Path>, bundle_ms: u32) -> Option<St
             "positions of {device} leapt farther than a hand moves: these samples were dropped"
         ),
         "device_bundles" => bundles(&device, haptic, bundle_ms),
-        "deaf_device" => format!("{device} confirms no force that it is sent: no force meanwhile"),
+        "deaf_device" => {
+            format!("{device} does not confirm the forces sent to it: no force meanwhile")
+        }
         "device_fault" => format!(
-            "{device} reports a fault of its own: no force. Read what its lamp or its maker's manual \
-             says, and mend that"
+            "{device} reports a fault of its own: no force. Find the cause by its lamp and the \
+             maker's manual, and remove it"
         ),
         "device_watchdog" => format!(
             "the watchdog of {device} dropped the force, since no command came in time: this \
@@ -59,8 +61,8 @@ pub fn sentence(fault: &str, haptic: Option<&Path>, bundle_ms: u32) -> Option<St
              sensor or cable; `calot devices conformance` measures the noise"
         ),
         "held_pedal" => {
-            "a pedal is held down since the start, or since its line returned: it counts as \
-             released. Release it once"
+            "a pedal has been held down since the start, or since its line returned: it counts as \
+             released until you release it once"
                 .to_owned()
         }
         "lost_pedal" => {
@@ -127,7 +129,7 @@ impl Line {
 }
 
 /// Describes the force that was held back in `contact_ticks` of contact, with the counters of the
-/// haptic device's `line`. `None` if little was.
+/// haptic device's `line`. `None` if little force was held back.
 #[must_use]
 pub fn held_back(contact_ticks: u64, held: &[Held], line: Option<&Line>) -> Option<String> {
     let ticks: u64 = held.iter().map(|it| it.ticks).sum();
@@ -158,7 +160,7 @@ fn reason(held: &Held) -> String {
         "device_bundles" => "samples came in bundles",
         "silent_device" => "no valid sample came",
         "device_leap" => "positions leapt",
-        "bad_force" => "the force was no number",
+        "bad_force" => "the force was not finite",
         "speed_trip" => "the handle was too fast, and nobody enabled the force again",
         "not_enabled" => "nobody had enabled the force (key F)",
         _ => "samples came late",
@@ -174,23 +176,23 @@ fn reason(held: &Held) -> String {
 #[derive(Debug, Default)]
 pub(crate) struct Notices {
     haptic: Option<PathBuf>,
-    told: u32,
+    printed: u32,
 }
 
 impl Notices {
     /// Notices about the haptic device at `haptic`.
     pub(crate) const fn new(haptic: Option<PathBuf>) -> Self {
-        Self { haptic, told: 0 }
+        Self { haptic, printed: 0 }
     }
 
     /// Prints the faults that were not printed before.
     pub(crate) fn look(&mut self, shared: &Shared) {
         for (fault, count) in Fault::ALL.into_iter().zip(&shared.faults) {
             let bit = 1 << fault.code();
-            if count.load(Relaxed) == 0 || self.told & bit != 0 {
+            if count.load(Relaxed) == 0 || self.printed & bit != 0 {
                 continue;
             }
-            self.told |= bit;
+            self.printed |= bit;
             let bundle_ms = shared.bundle_ms.load(Relaxed);
             if let Some(text) = sentence(fault.name(), self.haptic.as_deref(), bundle_ms) {
                 crate::say!("calot rt: {text}");
@@ -204,7 +206,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bundles_name_the_setting_that_mends_them() {
+    fn notice_of_bundles_names_the_setting_that_removes_them() {
         let path = Path::new("/dev/null");
         let text = sentence("device_bundles", Some(path), 16).unwrap();
         assert!(text.contains("bundles of 16 ms"), "{text}");
@@ -228,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn force_that_is_held_back_is_said_with_share_reason_and_number() {
+    fn report_of_held_back_force_has_share_reason_and_number() {
         let held = |fault: Fault, ticks, times| Held {
             fault: fault.name().to_owned(),
             ticks,

@@ -1,21 +1,22 @@
 //! Lets the ticks follow the arrivals of the haptic device's samples.
 //!
-//! A device that sends at the tick's rate has a phase of its own, so the median wait of its samples
-//! for the tick is half a period. A slow loop moves the ticks to just after the arrivals. It takes
-//! each wait as a unit vector on the circle of the period and averages the vectors. The spread of
-//! the waits is their mean distance from there, on the circle: unlike a mean of squares, it hardly
-//! sees the few samples in a hundred that a busy machine reads too late. The ticks aim at a wait of
-//! five spreads (four standard deviations, if the jitter is normal), so that nearly no other sample
-//! comes just too late. The loop rests while the spread is so large that little could be gained.
+//! A device that sends at the tick's rate has an unknown phase against the ticks, so the median
+//! wait of its samples for the tick is half a period. A slow loop moves the ticks to just after the
+//! arrivals. It takes each wait as a unit vector on the circle of the period and averages the
+//! vectors. The spread of the waits is their mean distance from this average, on the circle. Unlike
+//! a mean of squares, it hardly changes with the few samples in a hundred that a busy machine reads
+//! too late. The ticks aim at a wait of five spreads (four standard deviations, if the jitter is
+//! normal), so that nearly no other sample comes just too late. The loop rests while the spread is
+//! so large that little could be gained.
 //!
 //! The mean lags behind a drift of the device's clock, and until the loop has learnt the drift, the
 //! lag counts as spread. So the loop also rests beside a clock that is off by about 195 in a
 //! million or more: 256 waits × 195 ns are a twentieth of the period. The more the line jitters,
 //! the less drift suffices, down to about 100 in a million.
 //!
-//! A step of the ticks changes all later waits by itself. So the mean turns with each step, and the
-//! loop knows the outcome of its steps at once: it moves with the largest step until it has
-//! arrived, half a second at most.
+//! A step of the ticks changes all later waits by the length of the step. So the mean turns with
+//! each step, and the loop knows the outcome of its steps at once: it moves with the largest step
+//! until it has arrived, half a second at most.
 
 use core::f64::consts::TAU;
 
@@ -46,7 +47,7 @@ pub struct Phase {
     period_ns: f64,
     /// Mean of the unit vectors of the waits.
     mean: [f64; 2],
-    /// Mean distance of the waits from there, as a share of the period.
+    /// Mean distance of the waits from their mean, as a share of the period.
     spread: f64,
     waits: u32,
     /// Step that the device's clock needs at each tick, ns.
@@ -80,7 +81,8 @@ impl Phase {
         let pull_ns = -circle(self.phase() - aim) * self.period_ns / LOOP_TICKS;
         let wanted_ns = pull_ns + self.drift_ns;
         let step_ns = wanted_ns.clamp(-STEP_MAX_NS, STEP_MAX_NS).round();
-        // The device's clock takes back what its drift asked for; the rest moves all waits.
+        // The drift of the device's clock cancels its own part of the step; the rest moves all
+        // waits.
         self.turn((step_ns - self.drift_ns) / self.period_ns);
         // On the way to its aim the loop learns nothing about the device's clock.
         if wanted_ns.abs() < STEP_MAX_NS {
@@ -141,9 +143,9 @@ mod tests {
     const PERIOD_NS: u64 = 1_000_000;
 
     /// Uniform random numbers from 0 to 1, from a fixed seed.
-    struct Even(u64);
+    struct Uniform(u64);
 
-    impl Even {
+    impl Uniform {
         fn next(&mut self) -> f64 {
             self.0 = self
                 .0
@@ -168,7 +170,7 @@ mod tests {
         late: f64,
     ) -> (Vec<u64>, Vec<i64>) {
         let mut phase = Phase::new(PERIOD_NS);
-        let mut chance = Even(7);
+        let mut chance = Uniform(7);
         let mut arrival = |n: f64| {
             let is_late = chance.next() < late;
             let late_ns = if is_late {
@@ -218,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn it_rests_while_the_line_jitters_or_has_another_rate() {
+    fn loop_rests_while_the_line_jitters_or_has_another_rate() {
         let resting = |(_, steps): (Vec<u64>, Vec<i64>)| {
             let moved: i64 = steps.iter().map(|step| step.abs()).sum();
             moved < 200_000
@@ -236,9 +238,9 @@ mod tests {
     }
 
     #[test]
-    fn it_says_when_it_rests() {
+    fn loop_reports_when_it_rests() {
         let mut phase = Phase::new(PERIOD_NS);
-        let mut chance = Even(7);
+        let mut chance = Uniform(7);
         let mut ticks = |phase: &mut Phase, jitter_ns: f64| {
             for tick in 1..1000 {
                 let at_ns = tick * PERIOD_NS;
@@ -256,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn more_jitter_leaves_more_room() {
+    fn more_jitter_gives_a_longer_wait() {
         let (quiet, _) = ten_seconds(1_000_000.0, 6e5, 5_000.0, 0.0);
         let (noisy, _) = ten_seconds(1_000_000.0, 6e5, 40_000.0, 0.0);
         let (quiet, noisy) = (quantile(&quiet, 0.5), quantile(&noisy, 0.5));

@@ -33,7 +33,7 @@ use crate::time_driver::{monotonic_ns, now_ns, simulate_from, sleep_until};
 pub enum Loop {
     /// embassy's executor with our time driver, which spins for the last `spin_ns`.
     Executor {
-        /// Time that is spun, ns; see `RtConfig`.
+        /// Time for which the loop spins before each tick, ns; see `RtConfig`.
         spin_ns: u64,
     },
     /// `clock_nanosleep` to the next absolute deadline, nothing else.
@@ -313,7 +313,10 @@ mod tests {
             let missed = found.misses.periods();
             assert!(ticks > 0 && ticks as u64 + missed >= 50, "{kind:?}");
             let late = found.wake_latency_ns.iter().filter(|&&ns| ns > 1_000_000);
-            assert!(late.count() as u64 <= missed, "a late period is told");
+            assert!(
+                late.count() as u64 <= missed,
+                "a wake-up later than a period counts as a miss"
+            );
             assert_eq!(found.burnt_ns.len(), ticks);
         }
     }

@@ -53,7 +53,7 @@ pub(crate) fn publish(controller: &Controller, ends: Ends, shared: &Shared, peri
     let mut events = ends.events;
     let mut timing = Timing::new(ends.records);
     let mut inputs = Inputs::new(ends.inputs);
-    let mut desk = Desk {
+    let mut command_server = CommandServer {
         commands: ends.commands,
         accepted: ends.accepted,
         waiting: VecDeque::with_capacity(COMMAND_QUEUE),
@@ -72,7 +72,7 @@ pub(crate) fn publish(controller: &Controller, ends: Ends, shared: &Shared, peri
         controller.greet();
         timing.send_full(controller, shared);
         inputs.send_full(controller, shared);
-        desk.serve(controller, shared);
+        command_server.serve(controller, shared);
         if last_round {
             break;
         }
@@ -105,7 +105,10 @@ struct Samples<'a, T: core::fmt::Debug + ZeroCopySend + 'static>(
     &'a Publisher<ipc::Service, T, ()>,
 );
 
-#[expect(unsafe_code, reason = "promises what iceoryx2's loans are")]
+#[expect(
+    unsafe_code,
+    reason = "iceoryx2's loans have the properties that `Lender` demands"
+)]
 // SAFETY: a loaned sample is memory that is mapped from a file, so it is initialised. It stays
 // where it is, and nobody else uses it until it is sent or dropped. Any thread may write it.
 unsafe impl<T: Pod + core::fmt::Debug + ZeroCopySend> Lender<T> for Samples<'_, T> {
@@ -234,13 +237,13 @@ impl Inputs {
 }
 
 /// Receives commands from hosts and sends replies.
-struct Desk {
+struct CommandServer {
     commands: Producer<'static, Command>,
     accepted: Consumer<'static, u64>,
     waiting: VecDeque<Request>,
 }
 
-impl Desk {
+impl CommandServer {
     fn serve(&mut self, controller: &Controller, shared: &Shared) {
         while let Some(tick) = self.accepted.dequeue() {
             if let Some(request) = self.waiting.pop_front() {
@@ -250,11 +253,11 @@ impl Desk {
         while let Some(request) = controller.next_request() {
             let tick = shared.ticks.load(Relaxed);
             match parse(request.command()) {
-                Ok(Asked::Stop) => {
+                Ok(Parsed::Stop) => {
                     request.reply(reply(ReplyMsg::DONE, tick));
                     shared.ask_to_end(Ended::Commanded);
                 }
-                Ok(Asked::Tick(command)) => match self.commands.enqueue(command) {
+                Ok(Parsed::Tick(command)) => match self.commands.enqueue(command) {
                     Ok(()) => self.waiting.push_back(request),
                     Err(_) => request.reply(reply(ReplyMsg::BUSY, tick)),
                 },
@@ -265,7 +268,7 @@ impl Desk {
 }
 
 #[derive(Debug, PartialEq)]
-enum Asked {
+enum Parsed {
     Stop,
     Tick(Command),
 }
@@ -279,26 +282,26 @@ fn reply(outcome: u32, tick: u64) -> ReplyMsg {
 }
 
 /// Parses a command. The error is the outcome for the reply that refuses it.
-fn parse(message: CommandMsg) -> Result<Asked, u32> {
+fn parse(message: CommandMsg) -> Result<Parsed, u32> {
     let flag = match message.argument {
         0 => Ok(false),
         1 => Ok(true),
         _ => Err(ReplyMsg::OUT_OF_RANGE),
     };
     Ok(match message.kind {
-        CommandMsg::PAUSE => Asked::Tick(Command::Pause(flag?)),
-        CommandMsg::RESET => Asked::Tick(Command::Reset),
-        CommandMsg::ENABLE_FORCE => Asked::Tick(Command::EnableForce(flag?)),
-        CommandMsg::INSTRUMENT => Asked::Tick(Command::Instrument(
+        CommandMsg::PAUSE => Parsed::Tick(Command::Pause(flag?)),
+        CommandMsg::RESET => Parsed::Tick(Command::Reset),
+        CommandMsg::ENABLE_FORCE => Parsed::Tick(Command::EnableForce(flag?)),
+        CommandMsg::INSTRUMENT => Parsed::Tick(Command::Instrument(
             instrument(message.argument).ok_or(ReplyMsg::OUT_OF_RANGE)?,
         )),
-        CommandMsg::START => Asked::Tick(Command::Start(
+        CommandMsg::START => Parsed::Tick(Command::Start(
             Task::from_number(message.argument).ok_or(ReplyMsg::OUT_OF_RANGE)?,
         )),
-        CommandMsg::COMPLICATION => Asked::Tick(Command::Complication(
+        CommandMsg::COMPLICATION => Parsed::Tick(Command::Complication(
             Complication::from_number(message.argument).ok_or(ReplyMsg::OUT_OF_RANGE)?,
         )),
-        CommandMsg::STOP => Asked::Stop,
+        CommandMsg::STOP => Parsed::Stop,
         _ => return Err(ReplyMsg::UNKNOWN),
     })
 }

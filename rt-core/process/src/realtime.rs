@@ -53,17 +53,17 @@ impl Standing {
             (
                 TimingBatch::FIFO,
                 is_realtime(thread),
-                "its scheduler was taken from the tick",
+                "the tick's realtime scheduler was changed",
             ),
             (
                 TimingBatch::LOCKED,
                 locked_bytes() > 0,
-                "its memory was unlocked",
+                "the memory was unlocked",
             ),
             (
                 TimingBatch::PINNED,
                 is_pinned(thread),
-                "it was allowed on more than one core",
+                "the tick was allowed on more than one core",
             ),
         ];
         let mut lost = Vec::new();
@@ -93,7 +93,7 @@ fn policy(thread: libc::pid_t) -> Option<libc::c_int> {
 /// True if the thread is pinned to one core. A thread that has ended counts as pinned.
 fn is_pinned(thread: libc::pid_t) -> bool {
     if policy(thread) == Some(libc::SCHED_DEADLINE) {
-        return true; // the kernel guarantees its time without a core of its own
+        return true; // the kernel guarantees the thread's time without a reserved core
     }
     let thread = rustix::thread::Pid::from_raw(thread);
     rustix::thread::sched_getaffinity(thread).map_or(true, |set| set.count() == 1)
@@ -104,7 +104,7 @@ fn is_pinned(thread: libc::pid_t) -> bool {
 /// # Errors
 /// The rule that refused, and the remedy.
 pub fn lock_memory() -> Result<(), Refusal> {
-    // SAFETY: two valid settings; glibc makes them under its own lock.
+    // SAFETY: two valid settings; glibc applies them under its own lock.
     unsafe {
         libc::mallopt(libc::M_TRIM_THRESHOLD, -1);
         libc::mallopt(libc::M_MMAP_MAX, 0);
@@ -353,7 +353,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn realtime_needs_all_three() {
+    fn realtime_needs_fifo_locked_memory_and_a_pinned_core() {
         let mut standing = Standing::default();
         standing.note(TimingBatch::FIFO, Ok(()));
         standing.note(TimingBatch::LOCKED, Ok(()));
@@ -378,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn a_core_that_does_not_exist_is_refused_in_words() {
+    fn missing_core_is_refused_with_the_remedy() {
         let why = std::thread::spawn(|| pin_to(&[1023])).join().unwrap();
         assert!(why.unwrap_err().to_string().contains("--core"));
     }

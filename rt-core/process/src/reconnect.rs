@@ -19,7 +19,7 @@ use crate::devices::{Device, Devices, Exchange, KINDS};
 use crate::error::RtError;
 use crate::realtime;
 use crate::shared::Shared;
-use crate::thread::{spawn, without_a_word};
+use crate::thread::{ended_without_report, spawn};
 
 /// Interval between two checks for lost devices, and between two attempts to open one.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
@@ -41,16 +41,16 @@ pub(crate) struct Opener {
 impl Opener {
     /// Starts the thread and waits until every device is open. The thread ends after the tick.
     pub(crate) fn start(self) -> Result<(Devices, JoinHandle<()>), RtError> {
-        let (tell, told) = mpsc::sync_channel(1);
-        let thread = spawn("devices", 1 << 20, move || self.run(&tell))?;
-        match told.recv() {
+        let (sender, receiver) = mpsc::sync_channel(1);
+        let thread = spawn("devices", 1 << 20, move || self.run(&sender))?;
+        match receiver.recv() {
             Ok(Ok(devices)) => Ok((devices, thread)),
             Ok(Err(error)) => Err(error),
-            Err(_) => Err(without_a_word("devices", thread)),
+            Err(_) => Err(ended_without_report("devices", thread)),
         }
     }
 
-    fn run(self, tell: &SyncSender<Result<Devices, RtError>>) {
+    fn run(self, sender: &SyncSender<Result<Devices, RtError>>) {
         realtime::leave_signals_to_main();
         if self.config.realtime == Realtime::Ask {
             // The threads that read the devices' lines inherit this priority, so that they stamp
@@ -62,7 +62,7 @@ impl Opener {
         let devices = match Devices::open(&self.config, &self.file) {
             Ok(devices) => devices,
             Err(error) => {
-                let _ = tell.send(Err(error));
+                let _ = sender.send(Err(error));
                 return;
             }
         };
@@ -73,7 +73,7 @@ impl Opener {
             lost: lost_in,
             reopened: reopened_out,
         };
-        let _ = tell.send(Ok(devices.with_exchange(exchange)));
+        let _ = sender.send(Ok(devices.with_exchange(exchange)));
 
         let mut waiting = [false; KINDS];
         // For each kind, counted in checks: time until the next attempt, and the pause after that
@@ -131,8 +131,8 @@ impl Opener {
                 device,
                 source: source @ HardwareError::Calibration { .. },
             }) => {
-                static TOLD: OnceLock<()> = OnceLock::new();
-                TOLD.get_or_init(|| crate::say!("calot rt: {device}: {source}"));
+                static PRINTED: OnceLock<()> = OnceLock::new();
+                PRINTED.get_or_init(|| crate::say!("calot rt: {device}: {source}"));
                 return None;
             }
             Err(_) => return None,
@@ -140,11 +140,11 @@ impl Opener {
         match &device {
             // Every check of the force uses the limits of the first device.
             Device::Haptic(haptic) if haptic.capabilities() != *capabilities => {
-                static TOLD: OnceLock<()> = OnceLock::new();
-                TOLD.get_or_init(|| {
+                static PRINTED: OnceLock<()> = OnceLock::new();
+                PRINTED.get_or_init(|| {
                     crate::say!(
-                        "calot rt: {} is another device now (its limits differ): plug in the one \
-                         that was there, or start again",
+                        "calot rt: {} is another device now (its limits differ): plug in the first \
+                         one again, or restart",
                         self.name(kind)
                     );
                 });

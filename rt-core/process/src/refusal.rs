@@ -359,13 +359,14 @@ impl Circumstances {
                 profile (Docker: --security-opt seccomp=PROFILE)"
                 .to_owned(),
             Cause::Busy => "end them (`ps -eo cls,pid,comm | grep DLN`)".to_owned(),
-            Cause::Unknown => "ask the system's journal (`journalctl -k`)".to_owned(),
+            Cause::Unknown => "look for the cause in the system's journal (`journalctl -k`)".to_owned(),
         }
     }
 }
 
 /// True if the control group of version 2, or one above it, has the file `cpu.weight`. The real
-/// root group has no such file. A container may see its own group as the root; that one has it.
+/// root group has no such file. A container may see its own group as the root; that group has the
+/// file.
 fn shares_processor(root: &Path, group: &str) -> bool {
     let folder = Path::new(group.trim_start_matches('/'));
     let mut groups = folder.ancestors();
@@ -478,7 +479,7 @@ mod tests {
     }
 
     #[test]
-    fn a_refused_deadline_is_explained_by_what_refused_it() {
+    fn refused_deadline_scheduler_is_explained_by_the_rule_that_refused() {
         let deadline = || Call::Deadline;
         let perm = Errno::PERM;
         let words = ["takes CAP_SYS_NICE", "no limit of the user", "setcap"];

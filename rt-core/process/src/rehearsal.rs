@@ -2,7 +2,7 @@
 //! or clocks. Equal scenes and equal movements give results that are equal bit by bit. This is for
 //! tests, and for trying out a task.
 
-use hardware::emulate::{HandScript, LedHand, Wish};
+use hardware::emulate::{HandScript, SteeredHand, Wish};
 use hardware::rig::wire::{Capabilities, Switches};
 use hardware::station::StationFile;
 use rt_core::math::Vec3;
@@ -30,7 +30,7 @@ const SLOW_EVERY: u64 = 10;
 #[derive(Debug)]
 pub struct Rehearsal<'a> {
     sim: Sim<'a>,
-    hand: LedHand,
+    hand: SteeredHand,
     world: World,
     setup: RunSetup,
 }
@@ -78,7 +78,7 @@ pub fn rehearse<R>(
         0,
     );
     let sim = Sim::new(at_rest, &mut state, device, parameters);
-    let hand = LedHand::new(script(scene.room()), &Wish::default());
+    let hand = SteeredHand::new(script(scene.room()), &Wish::default());
     let hand = hand.map_err(|source| RtError::Device {
         device: "the emulated haptic device",
         source,

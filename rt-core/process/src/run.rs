@@ -31,7 +31,7 @@ use crate::scope_line::ScopeLine;
 use crate::settings::Settings;
 use crate::shared::Shared;
 use crate::summary::{DeviceReport, Ended, Ready, RtSummary};
-use crate::thread::{TICK_STACK_BYTES, join, spawn, without_a_word};
+use crate::thread::{TICK_STACK_BYTES, ended_without_report, join, spawn};
 use crate::tick;
 use crate::tick_thread::{self, Start};
 use crate::time_driver::monotonic_ns;
@@ -141,13 +141,13 @@ impl Run<'_> {
         let priority = self.config.publisher_priority;
         let period_ns = self.config.period_ns;
         let (cores, core) = (self.cores.clone(), self.core);
-        let (tell, told) = mpsc::sync_channel::<Result<(), ServiceError>>(1);
+        let (sender, receiver) = mpsc::sync_channel::<Result<(), ServiceError>>(1);
         let body = move || {
             realtime::leave_signals_to_main();
             let controller = match Controller::open(&station) {
                 Ok(controller) => controller,
                 Err(error) => {
-                    let _ = tell.send(Err(error));
+                    let _ = sender.send(Err(error));
                     return;
                 }
             };
@@ -155,14 +155,14 @@ impl Run<'_> {
                 // Refusals are ignored here, because the tick's thread will report the same ones.
                 let _ = realtime::work_beside_tick(&cores, core, priority);
             }
-            let _ = tell.send(Ok(()));
+            let _ = sender.send(Ok(()));
             publisher::publish(&controller, ends, &shared, period_ns);
         };
         let thread = spawn("publishing", 2 << 20, body)?;
-        match told.recv() {
+        match receiver.recv() {
             Ok(Ok(())) => Ok(thread),
             Ok(Err(error)) => Err(error.into()),
-            Err(_) => Err(without_a_word("publishing", thread)),
+            Err(_) => Err(ended_without_report("publishing", thread)),
         }
     }
 
@@ -244,11 +244,11 @@ impl Run<'_> {
                 ..Settings::new(self.config, self.admission.as_ref())
             },
         };
-        let (tell, told) = mpsc::sync_channel(1);
+        let (sender, receiver) = mpsc::sync_channel(1);
         let thread = spawn("tick", TICK_STACK_BYTES, move || {
-            tick_thread::run(start, &tell);
+            tick_thread::run(start, &sender);
         })?;
-        match told.recv() {
+        match receiver.recv() {
             Ok(standing) => Ok(TickThread {
                 thread,
                 opener,
@@ -256,7 +256,7 @@ impl Run<'_> {
                 standing,
                 _no_deep_idle: no_deep_idle,
             }),
-            Err(_) => Err(without_a_word("tick", thread)),
+            Err(_) => Err(ended_without_report("tick", thread)),
         }
     }
 

@@ -80,7 +80,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn a_late_tick_keeps_its_place_and_a_stalled_one_skips() {
+    fn late_tick_keeps_its_period_and_stalled_tick_skips_periods() {
         let mut schedule = Schedule::new(1_000, 100);
         assert_eq!(schedule.begin(1_003).scheduled_ns, 1_000);
         let late = schedule.begin(1_199);
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rest_is_slept_and_its_period_told_as_missed() {
+    fn period_of_a_rest_is_reported_as_missed() {
         let mut schedule = Schedule::new(1_000, 100);
         let _ = schedule.begin(1_000);
         schedule.rest(1_050);

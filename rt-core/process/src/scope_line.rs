@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn each_change_asks_the_kernel_for_that_line_alone() {
+    fn each_change_sets_only_the_named_line() {
         for (line, bit) in [
             (ModemLine::Rts, libc::TIOCM_RTS),
             (ModemLine::Dtr, libc::TIOCM_DTR),

@@ -58,7 +58,7 @@ pub struct RtSummary {
     pub admission: Option<Admission>,
     /// Core of the tick.
     pub core: usize,
-    /// Number of faults by name.
+    /// Number of ticks with each fault that occurred, by the fault's name.
     pub faults: BTreeMap<String, u64>,
     /// Largest force sent, N.
     pub force_max_n: f32,

@@ -24,20 +24,20 @@ pub(crate) fn spawn(
 pub(crate) fn join(thread: &'static str, handle: JoinHandle<()>) -> Result<(), RtError> {
     handle.join().map_err(|panic| RtError::Panicked {
         thread,
-        message: last_words(&*panic),
+        message: panic_message(&*panic),
     })
 }
 
 /// Error for a thread that ended before it reported anything: it panicked.
-pub(crate) fn without_a_word(thread: &'static str, handle: JoinHandle<()>) -> RtError {
+pub(crate) fn ended_without_report(thread: &'static str, handle: JoinHandle<()>) -> RtError {
     let silent = RtError::Panicked {
         thread,
-        message: "ended without a word".to_owned(),
+        message: "ended before it reported anything".to_owned(),
     };
     join(thread, handle).err().unwrap_or(silent)
 }
 
-fn last_words(panic: &(dyn Any + Send)) -> String {
+fn panic_message(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().map(ToString::to_string);
     text.or_else(|| panic.downcast_ref::<String>().cloned())
         .unwrap_or_else(|| "no message".to_owned())

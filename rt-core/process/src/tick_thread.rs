@@ -47,9 +47,9 @@ pub(crate) struct Start {
     pub(crate) settings: Settings,
 }
 
-/// Body of the thread. It reports its realtime privileges to `told` when everything is built,
-/// before the first tick. It commands zero force before it returns or unwinds.
-pub(crate) fn run(start: Start, told: &SyncSender<Standing>) {
+/// Body of the thread. It sends its realtime privileges to `ready` when everything is built, before
+/// the first tick. It commands zero force before it returns or unwinds.
+pub(crate) fn run(start: Start, ready: &SyncSender<Standing>) {
     let shared = Arc::clone(&start.shared);
     let settings = start.settings;
     let mut devices = start.devices;
@@ -82,7 +82,7 @@ pub(crate) fn run(start: Start, told: &SyncSender<Standing>) {
 
     let outcome = catch_unwind(AssertUnwindSafe(|| {
         let executor = spawned(&tick, &shared, settings);
-        let _ = told.send(standing);
+        let _ = ready.send(standing);
         realtime::prefault_stack();
         executor.run(settings.spin_ns);
     }));
@@ -333,12 +333,12 @@ mod tests {
             }),
             settings: Settings::new(&config, None),
         };
-        let (tell, _told) = mpsc::sync_channel(1);
+        let (ready, _receiver) = mpsc::sync_channel(1);
         let thread = std::thread::Builder::new()
             .stack_size(crate::thread::TICK_STACK_BYTES)
             .spawn(move || {
                 prepare();
-                run(start, &tell);
+                run(start, &ready);
             })
             .unwrap();
         let panicked = thread.join().is_err();
@@ -392,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn the_oscilloscope_sees_each_tick_as_long_as_it_takes() {
+    fn scope_line_is_high_for_the_duration_of_each_tick() {
         let outcome = simulate(100, |poll| {
             advance_simulated(if poll == 3 { 400_000 } else { 70_000 });
         });
@@ -412,7 +412,7 @@ mod tests {
     }
 
     #[test]
-    fn the_oscilloscope_sees_when_the_force_has_left() {
+    fn scope_line_falls_when_the_force_has_left() {
         let (none, step) = (Standing::default(), |_| advance_simulated(70_000));
         let prepare = || simulate_from(1_000_000_000);
         let outcome = run_marked(100, none, Mark::Force, prepare, step);
@@ -460,7 +460,7 @@ mod tests {
         if OnViolation::BUILD_DEFAULT == OnViolation::Count || !may_lock {
             return; // a release build only counts; faults in unlocked memory end no run
         }
-        for (rule, said) in [
+        for (rule, message) in [
             ("allocation", "allocated after its start"),
             ("page fault", "took too many page faults after its start"),
             ("block", "waited for something other"),
@@ -472,7 +472,7 @@ mod tests {
                 .output()
                 .unwrap();
             let stderr = String::from_utf8_lossy(&output.stderr);
-            assert!(stderr.contains(said), "{rule}: {stderr}");
+            assert!(stderr.contains(message), "{rule}: {stderr}");
             assert_eq!(output.status.signal(), Some(libc::SIGABRT), "{rule}");
         }
     }
@@ -562,7 +562,11 @@ mod tests {
         assert_eq!(outcome.forces.len(), 400 + 3);
         // 100 frames are due. After 25 dropped ones the next is published in any case.
         assert_eq!(shared.frames_dropped.load(Relaxed), 97);
-        assert_eq!(shared.stages_over[0].load(Relaxed), 400, "sampling took it");
+        assert_eq!(
+            shared.stages_over[0].load(Relaxed),
+            400,
+            "sampling exceeds its budget"
+        );
         let mut dropped = 0;
         while let Some(record) = outcome.ends.records.dequeue() {
             dropped += u64::from(record.bits & TickRecord::DROPPED_PUBLISH != 0);

@@ -24,11 +24,11 @@ impl Trial {
     /// is unlocked again, but the settings of malloc stay.
     #[must_use]
     pub fn run(core: usize, priority: u8) -> Self {
-        let (tell, told) = mpsc::channel();
+        let (sender, receiver) = mpsc::channel();
         let thread = std::thread::Builder::new().spawn(move || {
-            let _ = tell.send((realtime::pin_to(&[core]), realtime::take_fifo(priority)));
+            let _ = sender.send((realtime::pin_to(&[core]), realtime::take_fifo(priority)));
         });
-        let outcome = told.recv();
+        let outcome = receiver.recv();
         if let Ok(thread) = thread {
             let _ = thread.join();
         }
@@ -52,7 +52,7 @@ mod tests {
     /// The trial agrees with the calls, whatever this machine grants, and keeps neither core nor
     /// scheduler.
     #[test]
-    fn a_trial_foretells_the_calls_and_takes_them_back() {
+    fn trial_predicts_the_calls_and_undoes_them() {
         let cores = realtime::allowed_cores();
         let trial = Trial::run(cores[0], 80);
         assert_eq!(realtime::allowed_cores(), cores);

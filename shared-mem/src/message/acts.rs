@@ -95,9 +95,9 @@ pub struct ActReply {
 impl ActReply {
     /// The act was carried out, and is recorded.
     pub const DONE: u32 = 0;
-    /// An exam is worked alone; it takes remarks only.
+    /// During an exam, the station accepts only remarks.
     pub const EXAM: u32 = 1;
-    /// Nothing can go wrong in that way now: there is no clip on a tube, or no blood in the artery.
+    /// The complication is impossible now: there is no clip on a tube, or no blood in the artery.
     pub const NOTHING: u32 = 2;
     /// The station records no session, or its recording has ended.
     pub const UNRECORDED: u32 = 3;
@@ -105,9 +105,10 @@ impl ActReply {
     pub const UNKNOWN: u32 = 4;
     /// The controller did not answer in time.
     pub const SILENT: u32 = 5;
-    /// The act may have been carried out, and is recorded. Nothing told in time whether it was.
+    /// The act is recorded. No answer came in time, so it is unknown whether the act was carried
+    /// out.
     pub const UNCERTAIN: u32 = 6;
-    /// The session holds as many acts as it may.
+    /// The session already holds the largest number of acts.
     pub const FULL: u32 = 7;
 
     /// True if an act with this outcome is in the recording.
@@ -126,7 +127,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn a_remark_comes_back_and_a_long_one_is_cut_between_letters() {
+    fn remark_is_kept_and_long_remark_is_cut_between_letters() {
         let text = |it: &str| ActMsg::remark(it).and_then(|act| act.text().map(str::to_owned));
         assert_eq!(text(" Go nearer.\n").as_deref(), Some("Go nearer."));
         assert_eq!(text(" \t"), None);

@@ -50,7 +50,7 @@ impl CommandMsg {
     pub const ENABLE_FORCE: u32 = 3;
     /// Change the instrument. The argument is the number of a [`crate::words::Instrument`].
     pub const INSTRUMENT: u32 = 4;
-    /// End the controller in order.
+    /// End the controller with an orderly shutdown.
     pub const STOP: u32 = 5;
     /// Put every organ into the state in which a task begins. The argument is the task: 0 hang (no
     /// suture is placed), 1 identify (as after `RESET`), 2 clamp (Calot's triangle is cleared), 3
@@ -61,8 +61,9 @@ impl CommandMsg {
     /// Replay only: set the speed. The argument is the speed in thousandths of real time, 10 to 100
     /// 000.
     pub const SPEED: u32 = 8;
-    /// An instructor makes something go wrong. The argument is a [`crate::words::Complication`].
-    /// If nothing can go wrong in that way, nothing happens, and no event is raised.
+    /// Trigger a complication for an instructor. The argument is the number of a
+    /// [`crate::words::Complication`]. If the complication is impossible, nothing happens, and no
+    /// event is raised.
     pub const COMPLICATION: u32 = 9;
 }
 

@@ -283,16 +283,16 @@ mod tests {
             (EventKind::Electro, 3.0),
             (EventKind::Burn, f32::NAN),
         ] {
-            let said = event(kind, value)
+            let message = event(kind, value)
                 .decode()
                 .expect_err("a false value")
                 .to_string();
-            let unnamed = said.starts_with("there is no ");
-            assert!(unnamed || said.contains(" cannot carry "), "{said}");
+            let unnamed = message.starts_with("there is no ");
+            assert!(unnamed || message.contains(" cannot carry "), "{message}");
         }
-        let said = event(EventKind::Electro, 3.0).decode().unwrap_err();
-        assert!(matches!(said, UnknownEvent::Word(_)), "{said:?}");
-        assert_eq!(said.to_string(), "there is no current 3");
+        let message = event(EventKind::Electro, 3.0).decode().unwrap_err();
+        assert!(matches!(message, UnknownEvent::Word(_)), "{message:?}");
+        assert_eq!(message.to_string(), "there is no current 3");
     }
 
     proptest! {

@@ -11,7 +11,7 @@ use crate::limits::{MAX_CELLS, MAX_CLIPPED, MAX_SPHERES, MAX_SUTURES, MAX_TUBE_L
 pub struct SphereState {
     /// Centre, world frame, m.
     pub center_m: [f32; 3],
-    /// Bits of the `SphereState` constants in the lowest byte. The other bytes tell the heat:
+    /// Bits of the `SphereState` constants in the lowest byte. The other bytes hold the heat:
     /// [`Self::rise_k`], [`Self::denatured`], [`Self::dried`].
     pub bits: u32,
 }
@@ -26,7 +26,7 @@ impl SphereState {
     /// All cells of layered tissue that belong to the sphere are removed.
     pub const GONE: u32 = 8;
 
-    /// Temperature above the body's, K; 255 stands for more, too.
+    /// Temperature above the body's, K; 255 also stands for higher values.
     #[must_use]
     pub const fn rise_k(&self) -> u8 {
         self.bits.to_le_bytes()[1]

@@ -62,8 +62,8 @@ impl TickRecord {
     pub const DROPPED_FAR_ORGANS: u32 = 64;
     /// A frame was due, but too little time was left for it.
     pub const DROPPED_PUBLISH: u32 = 16;
-    /// Ticks should follow the device's samples, but rested: too few samples had arrived, or they
-    /// came too irregularly.
+    /// The ticks are set to follow the device's samples, but did not: too few samples had arrived,
+    /// or they came too irregularly.
     pub const NOT_FOLLOWING: u32 = 128;
 }
 

@@ -5,9 +5,9 @@ use super::SceneId;
 pub(super) const HEADER_BYTES: usize = 64;
 pub(super) const TABLE_ENTRY_BYTES: usize = 32;
 pub(super) const ALIGN: usize = 64;
-/// Sections that every scene has.
+/// Number of sections that every scene has.
 pub(super) const SECTIONS_MIN: usize = 14;
-/// Sections of a scene that has all.
+/// Number of sections of a scene with a trocar, which has all sections.
 pub(super) const SECTIONS: usize = 15;
 
 /// Header of one level in the file.

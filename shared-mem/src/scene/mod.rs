@@ -6,8 +6,8 @@
 //! sections plain records, each 64-byte aligned
 //! ```
 //!
-//! The last section, the trocar, is absent in a scene without one. So a scene that does not ask
-//! for a trocar has the bytes and the identity that it had before trocars were known.
+//! The last section, the trocar, is absent in a scene without one. So a scene without a trocar has
+//! the same bytes and identity as before the format had trocars.
 //!
 //! A file may hold several levels of detail, finest first. Each level is a complete scene with an
 //! identity of its own, and begins at a multiple of 64 bytes.

@@ -140,7 +140,7 @@ pub struct OrganRecord {
     /// Tetrahedra: first and count. Their corners are spheres of this organ.
     pub tetrahedra: [u32; 2],
     /// Number of links that carry load in addition to the tetrahedra: the first ones of the organ.
-    /// All links are used by the paper's method and show which spheres are neighbours.
+    /// The inner-sphere paper's method uses all links. All links show which spheres are neighbours.
     pub elastic_links: u32,
     /// Number of substeps in a tick: 1, 2, 4, 8 or 16.
     pub substeps: u32,
@@ -248,7 +248,7 @@ pub struct ContactVertexRecord {
     /// Triangles around the vertex: first and count in the scene's contact fans. The contact fans
     /// list the two other corners of each triangle.
     pub fan: [u32; 2],
-    /// Radius A of the Gaussian `exp(−r²/A²)` that spreads a force on the vertex to the spheres, m.
+    /// Width A of the Gaussian `exp(−r²/A²)` that spreads a force on the vertex to the spheres, m.
     pub patch_m: f32,
     /// Mean curvature of the skin at rest, 1/m: positive where it bulges outwards.
     pub curvature_per_m: f32,

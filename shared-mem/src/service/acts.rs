@@ -12,7 +12,7 @@ use super::join::{Member, MemoryNeed};
 use super::{ServiceError, Station};
 use crate::message::{ActMsg, ActReply};
 
-/// Time within which the station's desk answers an act.
+/// Time within which a station's [`ActDesk`] answers an act.
 pub const ACT_PATIENCE: Duration = Duration::from_millis(1500);
 
 /// The station's end: it receives the acts of instructors.
@@ -73,7 +73,7 @@ pub struct ActSender {
 }
 
 impl ActSender {
-    /// Joins the station, whose desk may come later.
+    /// Joins the station. Its [`ActDesk`] may be opened later.
     ///
     /// # Errors
     /// The `ServiceError` of the step that failed.
@@ -120,17 +120,17 @@ mod tests {
     use crate::words::ActKind;
 
     #[test]
-    fn an_act_is_answered_by_the_only_desk_and_not_without_one() {
+    fn act_is_answered_by_the_only_desk_and_times_out_without_a_desk() {
         let name = format!("u{}-acts", std::process::id());
         let station = Station::new(&name).expect("a name");
         let act = ActMsg::of(ActKind::Fog);
         let sender = ActSender::open(&station).expect("a sender");
-        let said = sender
+        let message = sender
             .ask(act, Duration::from_millis(50))
             .expect_err("nobody");
         assert!(
-            said.to_string().contains("nobody answered within"),
-            "{said}"
+            message.to_string().contains("nobody answered within"),
+            "{message}"
         );
         let (ready, is_ready) = std::sync::mpsc::channel();
         let desk = std::thread::spawn({

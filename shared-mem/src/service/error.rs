@@ -7,7 +7,8 @@ use std::path::PathBuf;
 pub enum ServiceError {
     /// The station's name is not 1 to 40 characters of a-z, A-Z, 0-9, `-` and `_`.
     #[error(
-        "station name '{0}' is not usable: 1 to 40 characters of a-z, A-Z, 0-9, '-' and '_' are"
+        "station name '{0}' cannot be used: allowed are 1 to 40 characters of a-z, A-Z, 0-9, \
+         '-' and '_'"
     )]
     StationName(String),
     /// Another process controls this station.
@@ -140,7 +141,7 @@ pub enum ServiceError {
         /// File-name patterns of the station's files.
         files: String,
     },
-    /// No controller, or no desk for instructors, answered.
+    /// No controller answered a command, or no [`super::ActDesk`] answered an act.
     #[error("station '{station}': nobody answered within {waited_ms} ms")]
     NoAnswer {
         /// Station.

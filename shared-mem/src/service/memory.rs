@@ -54,7 +54,7 @@ pub(super) fn reserve(prefix: &str, sizes: &[u64]) -> Result<Reservation, Memory
     let free_before = free();
     for (n, &size) in sizes.iter().enumerate() {
         let path = format!("{SHARED}/{prefix}room.{}.{n}", std::process::id());
-        let _ = std::fs::remove_file(&path); // of a killed process with the same id
+        let _ = std::fs::remove_file(&path); // left by a killed process with the same id
         let flags = OFlags::RDWR | OFlags::CREATE | OFlags::EXCL | OFlags::CLOEXEC;
         let file = rustix::fs::open(&path, flags, Mode::RUSR | Mode::WUSR)
             .map_err(|error| match error {
@@ -94,7 +94,7 @@ fn problem(error: Errno) -> String {
         }
         Errno::ROFS => "it is mounted read-only; `mount -o remount,rw /dev/shm`",
         Errno::ACCESS | Errno::PERM => {
-            "this user may not write there; its mode is 1777 elsewhere: `chmod 1777 /dev/shm`"
+            "this user may not write there; set the usual mode: `chmod 1777 /dev/shm`"
         }
         _ => return error.to_string(),
     };

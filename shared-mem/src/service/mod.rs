@@ -36,7 +36,8 @@ pub use error::ServiceError;
 pub use folder::{owner, user_folder};
 pub use join::Claim;
 
-/// Largest number of readers (displays, recorders, links, surgeons) of one station at once.
+/// Largest number of readers (displays, recorders, links, scripted surgeons) of one station at
+/// once.
 pub const MAX_HOSTS: usize = 8;
 /// Largest number of samples of one service that the controller may have on loan from iceoryx2: one
 /// more than the tick uses (`SLOTS` in `handover.rs` of `rt-process`).
@@ -312,11 +313,11 @@ mod tests {
             .topic::<u64>(joining.node(), "state", NEWEST)
             .expect("a topic");
         let _member = joining.finish().expect("a member");
-        let said = Controller::open(&station)
+        let message = Controller::open(&station)
             .expect_err("it differs")
             .to_string();
         let words = "': a process of another version runs; end it";
-        assert!(said.contains(words), "{said}");
+        assert!(message.contains(words), "{message}");
     }
 
     #[test]
@@ -326,9 +327,9 @@ mod tests {
         // A recorder counts as a reader, like a display.
         let _recorder = Tap::open(&station).expect("a recorder");
         let hosts: Result<Vec<Host>, _> = (0..MAX_HOSTS).map(|_| Host::open(&station)).collect();
-        let said = hosts.expect_err("one is too many").to_string();
+        let message = hosts.expect_err("one is too many").to_string();
         let words =
             "has 8 readers (every display, recorder, link and surgeon counts) already; close one";
-        assert!(said.contains(words), "{said}");
+        assert!(message.contains(words), "{message}");
     }
 }

@@ -18,7 +18,7 @@ use super::memory;
 /// Longest wait for the turn: the lock that an end holds while it joins or leaves. That takes
 /// milliseconds, unless its process is stopped.
 const TURN_TIMEOUT: Duration = Duration::from_secs(5);
-/// Number of numbered names that one process tries. Each of its ends takes one name.
+/// Largest number of numbered names that a process tries. Each end of the process takes one name.
 const ENDS_MAX: u32 = 1000;
 
 /// A name that this process holds by an abstract socket, until it ends or drops this value.

@@ -2,6 +2,9 @@
 
 use std::collections::BTreeMap;
 
+mod judged;
+mod kept;
+
 use rustix::time::{ClockId, clock_gettime};
 use scene_prepare::mesh::Mesh;
 use scene_prepare::skin::ContactSkin;
@@ -9,9 +12,13 @@ use scene_prepare::skin::ContactSkin;
 use crate::body::{Body, V3};
 use crate::case::Case;
 use crate::methods::{Ball, Env, Method, Parts, State, Surroundings, Way};
+use crate::peers::{self, Peer, Peers, Trial};
 use crate::prepared::prepared;
 use crate::scene::{Held, Kind, Scene};
 use crate::solved::{self, Answer, tell};
+
+use judged::{judge, judge_peer};
+pub(crate) use kept::with_kept;
 
 /// Length of a tick, s.
 const TICK_S: f32 = 1e-3;
@@ -33,8 +40,8 @@ const TURN_TICKS: usize = 6;
 pub(crate) struct Row {
     /// Name of the case.
     pub(crate) scene: String,
-    /// Name of the method.
-    pub(crate) method: &'static str,
+    /// Name of the method; of a competitor, with its version.
+    pub(crate) method: String,
     /// Fitted setting of the method; empty without one.
     pub(crate) setting: String,
     /// Number of spheres or, for hexahedra, of nodes.
@@ -46,7 +53,7 @@ pub(crate) struct Row {
     pub(crate) rms_mm: f64,
     /// Largest displacement error, mm.
     pub(crate) max_mm: f64,
-    /// Error of the force or torque, %.
+    /// Error of the force or torque, %; NaN if it was not measured.
     pub(crate) force_error_pct: f64,
     /// Error of the volume, % of the volume at rest.
     pub(crate) volume_error_pct: f64,
@@ -65,9 +72,26 @@ pub(crate) struct Ask {
     pub(crate) cubes: Vec<usize>,
     /// Layers of the reference's elements between the scene's planes.
     pub(crate) layers: usize,
+    /// Competitors that take turns with the methods.
+    pub(crate) peers: Option<Peers>,
 }
 
 impl Ask {
+    /// Calot alone, beside competitors, in the first three cases.
+    pub(crate) fn beside(peers: Peers, quick: bool) -> Self {
+        Self {
+            cases: Case::few(),
+            spheres: match quick {
+                true => vec![250],
+                false => vec![100, 250, 581, 1200],
+            },
+            many: Vec::new(),
+            cubes: Vec::new(),
+            peers: Some(peers),
+            ..Self::new(quick)
+        }
+    }
+
     /// All cases and counts, or few of them for a quick run.
     pub(crate) fn new(quick: bool) -> Self {
         if quick {
@@ -77,6 +101,7 @@ impl Ask {
                 many: Vec::new(),
                 cubes: vec![250],
                 layers: 8,
+                peers: None,
             };
         }
         Self {
@@ -85,9 +110,15 @@ impl Ask {
             many: vec![100, 2500, 4000],
             cubes: vec![250, 967, 2500],
             layers: 18,
+            peers: None,
         }
     }
 }
+
+/// Layers of the coarse mesh with which competitors fill their grids of cells.
+const FILLED_LAYERS: usize = 6;
+/// Name of Calot's rows that took turns with competitors.
+pub(crate) const BESIDE: &str = "Calot, beside competitors";
 
 /// Fitted stiffnesses of the paper's method and of the method with stretch and volume constraints,
 /// by sphere count.
@@ -160,6 +191,12 @@ fn one(
             skin: scene.press.map(|_| &skin),
             ..Stage::new(&body, &scene, solved.at(&body))
         };
+        if let Some(peers) = &ask.peers {
+            let filled = solved::mesh(surface, &scene, FILLED_LAYERS).map_err(|e| e.to_string())?;
+            let peers = Some((peers, &filled));
+            rows.extend(measure(case, &stage, &[Way::Ours], peers));
+            continue;
+        }
         let fit = *fits.entry(count).or_insert_with(|| {
             let paper = calibrate(&stage, |k| Way::Paper(k, 1));
             [paper, calibrate(&stage, Way::StretchVolume)]
@@ -174,13 +211,13 @@ fn one(
             Way::FromZero,
             Way::Ours,
         ];
-        rows.extend(measure(case, &stage, &ways));
+        rows.extend(measure(case, &stage, &ways, None));
     }
     // A body of cubes has a stepped surface, against which no tool can be pressed.
     for &count in ask.cubes.iter().filter(|_| scene.press.is_none()) {
         let body = Body::of_cubes(surface, &scene, count, case.tissue);
         let stage = Stage::new(&body, &scene, solved.at(&body));
-        rows.extend(measure(case, &stage, &[Way::Hexahedra]));
+        rows.extend(measure(case, &stage, &[Way::Hexahedra], None));
     }
     Ok(rows)
 }
@@ -327,8 +364,16 @@ pub(crate) fn fits(surface: &Mesh, body: &Body, layers: usize) -> Result<[f32; 2
     Ok([paper, calibrate(&stage, Way::StretchVolume)])
 }
 
-/// Settles every method, then times them in turns.
-fn measure(case: &Case, stage: &Stage<'_>, ways: &[Way]) -> Vec<Row> {
+/// A method with its state after the load.
+type Run<'a> = (Way, Box<dyn Method + 'a>, State);
+
+/// Settles every method and every competitor, then times them in turns.
+fn measure(
+    case: &Case,
+    stage: &Stage<'_>,
+    ways: &[Way],
+    peers: Option<(&Peers, &fem_reference::Mesh)>,
+) -> Vec<Row> {
     let mut parts: Vec<(Way, Option<Parts>)> = Vec::new();
     for &way in ways {
         match way.parts(stage.body, stage.skin, &stage.around()) {
@@ -336,7 +381,7 @@ fn measure(case: &Case, stage: &Stage<'_>, ways: &[Way]) -> Vec<Row> {
             Err(why) => eprintln!("  {}: {why}", way.name()),
         }
     }
-    let mut runs = Vec::new();
+    let mut runs: Vec<Run<'_>> = Vec::new();
     for (way, parts) in &mut parts {
         match way.method(stage.body, parts) {
             Ok(mut method) => {
@@ -346,24 +391,24 @@ fn measure(case: &Case, stage: &Stage<'_>, ways: &[Way]) -> Vec<Row> {
             Err(why) => eprintln!("  {}: {why}", way.name()),
         }
     }
+    let is_beside = peers.is_some();
+    let mut peers = peers.map_or_else(Vec::new, |(peers, filled)| {
+        peers.start(&trial(case, stage, filled))
+    });
     let mut rows: Vec<Row> = runs
         .iter()
         .map(|(way, _, state)| judge(case, stage, *way, state))
         .collect();
-    let mut times = vec![Vec::new(); runs.len()];
-    for _ in 0..ROUNDS {
-        for ((way, method, state), times) in runs.iter_mut().zip(&mut times) {
-            let start = seconds();
-            for i in 0..TURN_TICKS {
-                let at = (RAMP_TICKS + i) as f64;
-                tick(stage, *way, method.as_mut(), state, [at, at + 1.0]);
-            }
-            times.push((seconds() - start) * 1e6 / TURN_TICKS as f64);
-        }
+    if is_beside {
+        // Times of another session would not compare with those of the competitors.
+        rows.iter_mut()
+            .for_each(|row| row.method = BESIDE.to_owned());
     }
-    for (row, times) in rows.iter_mut().zip(&mut times) {
+    rows.extend(peers.iter().map(|peer| judge_peer(case, stage, peer)));
+    let times = take_turns(stage, &mut runs, &mut peers);
+    for (row, mut times) in rows.iter_mut().zip(times) {
         times.sort_by(f64::total_cmp);
-        row.us_per_tick = times[times.len() / 2];
+        row.us_per_tick = times.get(times.len() / 2).copied().unwrap_or(f64::NAN);
         eprintln!(
             "  {:5} {:42} {:8.0} µs  rms {:7.3} mm  max {:7.2} mm  force {:+6.1} %  volume {:+5.2} %",
             row.spheres,
@@ -378,66 +423,45 @@ fn measure(case: &Case, stage: &Stage<'_>, ways: &[Way]) -> Vec<Row> {
     rows
 }
 
-fn judge(case: &Case, stage: &Stage<'_>, way: Way, state: &State) -> Row {
-    let (body, scene, answer) = (stage.body, stage.scene, &stage.answer);
-    let mut row = Row {
-        scene: case.name(),
-        method: way.name(),
-        setting: way.setting(),
-        spheres: body.rest_m.len(),
-        us_per_tick: 0.0,
-        rms_mm: f64::INFINITY,
-        max_mm: f64::INFINITY,
-        force_error_pct: f64::INFINITY,
-        volume_error_pct: f64::INFINITY,
-    };
-    if is_lost(state) {
-        return row;
+/// Times of a tick in each round, µs: of every method, then of every competitor.
+fn take_turns(stage: &Stage<'_>, runs: &mut [Run<'_>], peers: &mut [Peer]) -> Vec<Vec<f64>> {
+    let mut times = vec![Vec::new(); runs.len() + peers.len()];
+    for _ in 0..ROUNDS {
+        let (ours, theirs) = times.split_at_mut(runs.len());
+        for ((way, method, state), times) in runs.iter_mut().zip(ours) {
+            let start = seconds();
+            for i in 0..TURN_TICKS {
+                let at = (RAMP_TICKS + i) as f64;
+                tick(stage, *way, method.as_mut(), state, [at, at + 1.0]);
+            }
+            times.push((seconds() - start) * 1e6 / TURN_TICKS as f64);
+        }
+        for (peer, times) in peers.iter_mut().zip(theirs) {
+            match peer.turn_us() {
+                Ok(us) => times.push(us),
+                Err(why) => eprintln!("  {}: {why}", peer.method),
+            }
+        }
     }
-    let free = (0..state.u_m.len()).filter(|&i| stage.held[i] == Held::Free);
-    let errors: Vec<f64> = free
-        .filter_map(|i| Some((state.u_m[i].cast::<f64>() - answer.displacement_m[i]?).norm() * 1e3))
-        .collect();
-    let squares: f64 = errors.iter().map(|e| e * e).sum();
-    row.rms_mm = (squares / errors.len().max(1) as f64).sqrt();
-    row.max_mm = errors.iter().copied().fold(0.0, f64::max);
-    let pull_n = pull_n(stage, way, state);
-    let pulls = (0..state.u_m.len()).filter(|&i| stage.held[i] != Held::Free);
-    let mut load = scene.load(pulls.map(|i| {
-        // The hold carries the weight of held tissue too.
-        let weight = scene.gravity() * f64::from(body.mass_kg[i]);
-        let pull: nalgebra::Vector3<f64> = pull_n[i].cast();
-        let is_moved = stage.held[i] == Held::Moved;
-        (
-            is_moved,
-            body.rest_m[i].cast(),
-            state.u_m[i].cast(),
-            pull + weight,
-        )
-    }));
-    if scene.press.is_some() {
-        load = f64::from(state.ball_force_n.norm());
-    }
-    row.force_error_pct = (load / answer.load - 1.0) * 100.0;
-    row.volume_error_pct = (body.growth(&state.u_m) - answer.growth) * 100.0;
-    row
+    times
 }
 
-/// Force of the tissue on each sphere, N. Calot does not report these forces. For Calot's solid
-/// they are computed from the displacements. For the paper's method they come from one step of this
-/// program's own version of that method (the twin).
-fn pull_n(stage: &Stage<'_>, way: Way, state: &State) -> Vec<V3> {
-    match way {
-        Way::Ours => stage.body.pull_n(&state.u_m),
-        Way::Paper(..) => {
-            let mut after = state.clone();
-            if let Ok(mut twin) = way.method(stage.body, &mut None) {
-                let at = RAMP_TICKS as f64;
-                tick(stage, way, twin.as_mut(), &mut after, [at, at + 1.0]);
-            }
-            after.pull_n
-        }
-        _ => state.pull_n.clone(),
+/// The scene as competitors get it.
+fn trial<'a>(case: &Case, stage: &'a Stage<'_>, filled: &'a fem_reference::Mesh) -> Trial<'a> {
+    Trial {
+        filled,
+        name: case.name(),
+        body: stage.body,
+        scene: stage.scene,
+        held: &stage.held,
+        reference_m: &stage.answer.displacement_m,
+        course: peers::Course {
+            tick_s: TICK_S,
+            ramp_ticks: RAMP_TICKS,
+            settle_ticks: SETTLE_TICKS,
+            still_m_s: STILL_M_S,
+            turn_ticks: TURN_TICKS,
+        },
     }
 }
 
@@ -448,19 +472,27 @@ pub(crate) fn csv(rows: &[Row]) -> String {
     );
     for r in rows {
         text += &format!(
-            "\"{}\",\"{}\",{},{:.1},{:.3},{:.3},{:.2},{:.3},\"{}\"\n",
+            "\"{}\",\"{}\",{},{:.1},{:.3},{:.3},{},{:.3},\"{}\"\n",
             r.scene,
             r.method,
             r.spheres,
             r.us_per_tick,
             r.rms_mm,
             r.max_mm,
-            r.force_error_pct,
+            measured(r.force_error_pct),
             r.volume_error_pct,
             r.setting
         );
     }
     text
+}
+
+/// A value with two digits; empty if it was not measured.
+fn measured(value: f64) -> String {
+    match value.is_nan() {
+        true => String::new(),
+        false => format!("{value:.2}"),
+    }
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 //! ```text
 //! reference   scene × finer and finer meshes → difference between the meshes
 //! accuracy    case × method × spheres → error against the reference, and time
+//!             with --peers: competitors in Python, beside Calot
 //! haptics     device × delay × hand × law → stiffest stable contact
 //! stability   case × method → largest value that the method survives
 //! collision   organ × size × way → time, and agreement with the exact contact
@@ -33,6 +34,7 @@ mod measured;
 mod methods;
 mod organ;
 mod page;
+mod peers;
 mod prepared;
 mod reference;
 mod rest;
@@ -90,12 +92,28 @@ struct AskedSolve {
     large: bool,
 }
 
+/// Options of `accuracy`.
+#[derive(Args)]
+struct AskedAccuracy {
+    #[command(flatten)]
+    all: Asked,
+    /// Runs competitors (MuJoCo, Newton and others) in turns with Calot, in the first three scenes
+    /// alone. PYTHON is the one in which tests/evaluate/peers/README.md installs them.
+    #[arg(long, value_name = "PYTHON")]
+    peers: Option<PathBuf>,
+    /// Takes what is not measured from this accuracy.csv: other scenes and, with `--peers`, all
+    /// other methods; without it, the competitors.
+    #[arg(long, value_name = "FILE")]
+    merge: Option<PathBuf>,
+}
+
 #[derive(Subcommand)]
 enum Command {
     /// Measures the reference: the same scenes on finer and finer meshes.
     Reference(Asked),
-    /// Measures displacement, force and volume errors of every method against its time.
-    Accuracy(Asked),
+    /// Measures displacement, force and volume errors of every method against its time, and of
+    /// competitors with `--peers`.
+    Accuracy(AskedAccuracy),
     /// Finds stability limits: which method survives which case, and up to which value.
     Stability(Asked),
     /// Compares force and torque over depth under rigid tools with finite elements.
@@ -174,7 +192,7 @@ impl Chart {
     /// Measures, writes the chart's files, and returns its sections of the page.
     fn measure(self, asked: &Asked) -> Result<Vec<Section>, String> {
         match self {
-            Self::Accuracy => measure_accuracy(asked),
+            Self::Accuracy => measure_accuracy(asked, None, None),
             Self::Stability => measure_stability(asked),
             Self::Force => measure_force(asked),
             Self::Collision => measure_collision(asked),
@@ -215,7 +233,7 @@ fn perform(command: Command) -> Result<(), String> {
     command.refuse_unused()?;
     match command {
         Command::Reference(asked) => run(&asked, &[Chart::Reference]),
-        Command::Accuracy(asked) => run(&asked, &[Chart::Accuracy]),
+        Command::Accuracy(asked) => run_accuracy(&asked),
         Command::Stability(asked) => run(&asked, &[Chart::Stability]),
         Command::Force(asked) => run(&asked, &[Chart::Force]),
         Command::Calculix(asked) => compare_with_calculix(&asked),
@@ -244,7 +262,7 @@ impl Command {
     /// Refuses an option that would have no effect.
     fn refuse_unused(&self) -> Result<(), String> {
         let (Self::Reference(asked)
-        | Self::Accuracy(asked)
+        | Self::Accuracy(AskedAccuracy { all: asked, .. })
         | Self::Stability(asked)
         | Self::Calculix(asked)
         | Self::SolveForce(AskedSolve { all: asked, .. })
@@ -261,9 +279,10 @@ impl Command {
             return Err("--kept has no effect here: it belongs to `force` and `all`".to_owned());
         }
         match self {
-            Self::Haptics(_) if !["", WAIT].contains(&asked.only()) => Err(format!(
+            Self::Haptics(_) if !["", WAIT, FELT].contains(&asked.only()) => Err(format!(
                 "--case has no effect here but `--case {WAIT}`, which measures waits for the tick \
-                 alone: `haptics` measures all of its cases"
+                 alone, and `--case {FELT}`, which measures strokes alone: `haptics` measures all \
+                 of its cases"
             )),
             _ => Ok(()),
         }
@@ -272,15 +291,32 @@ impl Command {
 
 /// Case of `haptics`: samples that wait for the tick.
 const WAIT: &str = "wait";
+/// Case of `haptics`: strokes into walls, with the measures of OmniSurg's haptic bench.
+const FELT: &str = "felt";
 
 fn run(asked: &Asked, charts: &[Chart]) -> Result<(), String> {
-    let out = &asked.out;
-    std::fs::create_dir_all(out).map_err(|e| format!("{}: {e}", out.display()))?;
     let mut sections = Vec::new();
+    make_folder(&asked.out)?;
     for chart in charts {
         sections.extend(chart.measure(asked)?);
     }
-    write(out, "index.html", &page::whole(&sections, asked.quick))?;
+    finish(asked, &sections)
+}
+
+fn run_accuracy(asked: &AskedAccuracy) -> Result<(), String> {
+    make_folder(&asked.all.out)?;
+    let sections = measure_accuracy(&asked.all, asked.peers.as_deref(), asked.merge.as_deref())?;
+    finish(&asked.all, &sections)
+}
+
+fn make_folder(out: &Path) -> Result<(), String> {
+    std::fs::create_dir_all(out).map_err(|e| format!("{}: {e}", out.display()))
+}
+
+/// Writes the page.
+fn finish(asked: &Asked, sections: &[Section]) -> Result<(), String> {
+    let out = &asked.out;
+    write(out, "index.html", &page::whole(sections, asked.quick))?;
     println!("{}", out.join("index.html").display());
     Ok(())
 }
@@ -304,17 +340,37 @@ impl Asked {
     }
 }
 
-fn measure_accuracy(asked: &Asked) -> Result<Vec<Section>, String> {
+fn measure_accuracy(
+    asked: &Asked,
+    peers: Option<&Path>,
+    merge: Option<&Path>,
+) -> Result<Vec<Section>, String> {
     let (out, only) = (&asked.out, asked.only());
-    let mut ask = accuracy::Ask::new(asked.quick);
-    let mut first = true;
+    let mut ask = match peers {
+        None => accuracy::Ask::new(asked.quick),
+        Some(python) => {
+            let python = python.to_owned();
+            let folder = out.join("peers");
+            accuracy::Ask::beside(peers::Peers { python, folder }, asked.quick)
+        }
+    };
+    // The first case calibrates the methods, which a run beside competitors does not need.
+    let mut first = peers.is_none();
     ask.cases
         .retain(|case| std::mem::take(&mut first) || case.name().contains(only));
-    let mut keep = |rows: &[accuracy::Row]| {
-        write(out, "accuracy.csv", &accuracy::csv(rows))?;
-        write(out, "accuracy.svg", &page::accuracy_chart(rows)?)
+    let whole = |rows: &[accuracy::Row]| match merge {
+        Some(file) => accuracy::with_kept(rows, file),
+        None => Ok(rows.to_vec()),
     };
-    let rows = accuracy::run(&ask, &mut keep)?;
+    let mut keep = |rows: &[accuracy::Row]| {
+        let rows = whole(rows)?;
+        write(out, "accuracy.csv", &accuracy::csv(&rows))?;
+        if let Some(svg) = page::competitors_chart(&rows)? {
+            write(out, "competitors.svg", &svg)?;
+        }
+        write(out, "accuracy.svg", &page::accuracy_chart(&rows)?)
+    };
+    let rows = whole(&accuracy::run(&ask, &mut keep)?)?;
     if let Some(svg) = page::main_chart(&rows)? {
         write(out, "main.svg", &svg)?;
     }
@@ -358,6 +414,11 @@ fn measure_collision(asked: &Asked) -> Result<Vec<Section>, String> {
 
 fn measure_haptics(asked: &Asked) -> Result<Vec<Section>, String> {
     let out = &asked.out;
+    if asked.only() == FELT {
+        let rows = haptics::felt(asked.quick)?;
+        write(out, "haptics.csv", &haptics::csv(&rows))?;
+        return Ok(Vec::new());
+    }
     let waits = haptics::waits(asked.quick)?;
     write(out, "haptics_wait.csv", &haptics::waits_csv(&waits))?;
     if asked.only() == WAIT {

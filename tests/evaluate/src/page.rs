@@ -43,16 +43,17 @@ pub(crate) fn number(value: f64, digits: usize) -> String {
     }
 }
 
-/// Time against error, one panel for each of `scenes`.
-fn panels(rows: &[accuracy::Row], scenes: &[&str]) -> Vec<Panel> {
+/// Time against error, one panel for each of `scenes`, of the methods that `shows` takes.
+fn panels(rows: &[accuracy::Row], scenes: &[&str], shows: fn(&str) -> bool) -> Vec<Panel> {
     let panel = |scene: &&str| {
         let mut series: Vec<Series> = Vec::new();
-        for row in rows.iter().filter(|r| r.scene == **scene) {
+        let shown = rows.iter().filter(|r| shows(&r.method));
+        for row in shown.filter(|r| r.scene == **scene) {
             let point = [row.us_per_tick, row.rms_mm];
             match series.iter_mut().find(|s| s.name == row.method) {
                 Some(series) => series.points.push(point),
                 None => series.push(Series {
-                    name: row.method.to_owned(),
+                    name: row.method.clone(),
                     points: vec![point],
                     is_thin: false,
                 }),
@@ -82,7 +83,24 @@ fn scenes(rows: &[accuracy::Row]) -> Vec<&str> {
 /// # Errors
 /// The drawing library's message.
 pub(crate) fn accuracy_chart(rows: &[accuracy::Row]) -> Result<String, String> {
-    panels::panels(&panels(rows, &scenes(rows)), 3)
+    panels::panels(&panels(rows, &scenes(rows), Way::is_named), 3)
+}
+
+/// The chart of competitors beside Calot; `None` without competitors.
+///
+/// # Errors
+/// The drawing library's message.
+pub(crate) fn competitors_chart(rows: &[accuracy::Row]) -> Result<Option<String>, String> {
+    let shows = |method: &str| !Way::is_named(method);
+    let mut scenes = scenes(rows);
+    scenes.retain(|scene| {
+        let mut all = rows.iter().filter(|r| r.scene == *scene);
+        all.any(|r| shows(&r.method))
+    });
+    if scenes.is_empty() {
+        return Ok(None);
+    }
+    panels::panels(&panels(rows, &scenes, shows), 3).map(Some)
 }
 
 /// The chart for the README: sag, pull and quarter turn of the liver; `None` without these cases.
@@ -95,15 +113,35 @@ pub(crate) fn main_chart(rows: &[accuracy::Row]) -> Result<Option<String>, Strin
         .get(..3)
         .filter(|s| s.iter().all(|s| s.starts_with("liver")));
     wanted
-        .map(|scenes| panels::panels(&panels(rows, scenes), 3))
+        .map(|scenes| panels::panels(&panels(rows, scenes, Way::is_named), 3))
         .transpose()
 }
 
-/// The sections about accuracy: the chart with all results, and the paper's Table 2.
+/// The sections about accuracy: the chart with all results, the competitors, and the paper's
+/// Table 2.
 ///
 /// # Errors
 /// The drawing library's message.
 pub(crate) fn accuracy(rows: &[accuracy::Row], svg: &str) -> Result<Vec<Section>, String> {
+    let mut sections = methods(rows, svg);
+    if let Some(svg) = competitors_chart(rows)? {
+        sections.insert(1, competitors(&svg));
+    }
+    Ok(sections)
+}
+
+fn competitors(svg: &str) -> Section {
+    Section {
+        title: "Competitors".to_owned(),
+        body: format!(
+            "<p>Other simulators, as their publishers offer them for Python, with the same liver. A grid of cells has \
+nodes of its own; every other competitor gets Calot's spheres, tetrahedra and masses, without the tetrahedra that \
+are held altogether. Their settings are in the table above. Lower left is better.</p>{svg}"
+        ),
+    }
+}
+
+fn methods(rows: &[accuracy::Row], svg: &str) -> Vec<Section> {
     let mut all = vec![strings([
         "scene",
         "method",
@@ -118,13 +156,17 @@ pub(crate) fn accuracy(rows: &[accuracy::Row], svg: &str) -> Result<Vec<Section>
     for r in rows {
         all.push(vec![
             r.scene.clone(),
-            r.method.to_owned(),
+            r.method.clone(),
             r.setting.clone(),
             r.spheres.to_string(),
             number(r.us_per_tick, 0),
             number(r.rms_mm, 2),
             number(r.max_mm, 1),
-            number(r.force_error_pct, 1),
+            if r.force_error_pct.is_nan() {
+                String::new()
+            } else {
+                number(r.force_error_pct, 1)
+            },
             number(r.volume_error_pct, 2),
         ]);
     }
@@ -216,7 +258,7 @@ its machine) beside ours, and the error of each method.</p>{}",
             table(&two)
         ),
     };
-    Ok(vec![chart, paper])
+    vec![chart, paper]
 }
 
 /// The chart of stability: a heat map.

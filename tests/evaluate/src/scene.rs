@@ -232,6 +232,20 @@ impl Scene {
         }
     }
 
+    /// Course of the moved end: its shift at full load, m, its turn (axis times angle, rad) and the
+    /// point about which it turns, m.
+    pub(crate) fn course(&self) -> [Point; 3] {
+        let shift = match self.kind {
+            Kind::Pull => self.motion(&self.pivot, 1.0),
+            _ => Point::zeros(),
+        };
+        let turn = match self.kind {
+            Kind::Twist(degrees) => Point::ith(self.axis, f64::from(degrees).to_radians()),
+            _ => Point::zeros(),
+        };
+        [shift, turn, self.pivot]
+    }
+
     /// Gravity, m/s²; zero except for a sag.
     pub(crate) fn gravity(&self) -> Point {
         let mut down = Point::zeros();

@@ -33,7 +33,7 @@ pub(crate) struct Solved {
 /// Fills a closed surface with elements. A layer of corners lies on each of the scene's two planes,
 /// with `layers` spaces between the planes. Otherwise the hold would end at the next layer beside
 /// the plane.
-fn mesh(
+pub(crate) fn mesh(
     surface: &scene_prepare::mesh::Mesh,
     scene: &Scene,
     layers: usize,

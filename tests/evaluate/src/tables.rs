@@ -3,9 +3,11 @@
 //! A table is the text between `<!-- table: NAME -->` and `<!-- end -->`. [`rewrite`] replaces this
 //! text. All other text in the file is written by hand.
 
+mod competitors;
 mod drawing;
 mod force;
 mod guide;
+mod haptics;
 mod measured;
 mod rest;
 mod stay;
@@ -14,7 +16,7 @@ mod surface;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use crate::csv::{Csv, Row};
+use crate::csv::Csv;
 
 /// A table: its columns, then its rows.
 struct Table(Vec<Vec<String>>);
@@ -76,6 +78,7 @@ fn table(name: &str, folder: &Path) -> Result<Table, String> {
     let read = |file: &str| Csv::read(&folder.join(file));
     Ok(match name {
         "accuracy" => accuracy(&read("accuracy.csv")?),
+        "competitors" => competitors::best(&read("accuracy.csv")?),
         "stability" => stability(&read("stability.csv")?),
         "reference" => reference(&read("reference.csv")?),
         "force" => force::by_law(&read("force.csv")?),
@@ -90,7 +93,8 @@ fn table(name: &str, folder: &Path) -> Result<Table, String> {
         }
         "drawing" => drawing::by_tier(&read("drawing-h200.csv")?),
         "views" => drawing::by_view(&read("drawing-h200.csv")?),
-        "haptics" => haptics(&read("haptics.csv")?),
+        "haptics" => haptics::by_law(&read("haptics.csv")?),
+        "haptics felt" => haptics::felt(&read("haptics.csv")?),
         "haptics wait" => guide::waits(&read("haptics_wait.csv")?),
         "guide" => guide::options(&read("guide.csv")?),
         "skinning" => skinning(&read("skinning.csv")?),
@@ -302,56 +306,6 @@ fn collision_by_size(machines: &[Csv; 2]) -> Table {
         let cells: Option<Vec<String>> = cells.into_iter().flatten().collect();
         if let Some(cells) = cells {
             table.row(core::iter::once(count).chain(cells));
-        }
-    }
-    table
-}
-
-fn haptics(csv: &Csv) -> Table {
-    let mut table = Table::new(&[
-        "test",
-        "law",
-        "hand",
-        "settings",
-        "all stable at 20 kN/m",
-        "weakest limit, N/m",
-        "largest step, mN a tick",
-    ]);
-    for test in ["wall", "tissue"] {
-        for law in csv.distinct("law") {
-            for hand in ["none", "relaxed", "firm"] {
-                let rows: Vec<_> = csv
-                    .rows()
-                    .filter(|r| r.text("test") == test)
-                    .filter(|r| r.text("law") == law && r.text("hand") == hand)
-                    .collect();
-                if rows.is_empty() {
-                    continue;
-                }
-                let steps = sorted(rows.iter().map(|r| r.number("step_mn")));
-                let wall = test == "wall";
-                let limits = sorted(rows.iter().map(|r| r.number("of")));
-                let still = |r: &&Row<'_>| {
-                    if wall {
-                        r.number("of") >= 20_000.0
-                    } else {
-                        r.text("stable") == "1"
-                    }
-                };
-                table.row([
-                    test.to_owned(),
-                    law.clone(),
-                    hand.to_owned(),
-                    rows.len().to_string(),
-                    rows.iter().filter(still).count().to_string(),
-                    if wall {
-                        format!("{:.0}", limits.first().copied().unwrap_or(0.0))
-                    } else {
-                        String::new()
-                    },
-                    format!("{:.1}", largest(&steps)),
-                ]);
-            }
         }
     }
     table

@@ -152,7 +152,7 @@ fn film(session: &std::path::Path, folder: &std::path::Path) {
     );
     assert_eq!(again.status.code(), Some(1));
     assert!(
-        said(&again).contains("no film is replaced"),
+        said(&again).contains("a film is never replaced"),
         "{}",
         said(&again)
     );

@@ -1,12 +1,13 @@
 //! Scripted hands work tasks through the real processes: each injury, each level of skill, each
 //! kind of clumsiness. Outcome, alarms, injuries, score, store and debrief are checked.
 //!
-//! In CI some of them work a short task. All hands at all tasks take hours, because the processes
-//! run in real time: `cargo xtask hands` works them, or those that it is told, and keeps their
-//! results in `tests/results/hands.csv`.
+//! In CI some of them work a short task. The whole table takes an hour and a half, because the
+//! processes run in real time: `cargo xtask hands` works it, or the hands and tasks that it is told,
+//! and keeps their results in `tests/results/hands.csv`. The sessions stay in `target/hands`, so that
+//! they can be looked at, and judged again after a change of the rules.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use serde_json::Value;
@@ -31,19 +32,30 @@ const TASKS: [(&str, &str); 7] = [
 /// Time that a hand gets which makes one error, s.
 const ERROR_S: &str = "45";
 
-/// Hands that injure a structure: the structure, the alarm, and whether the injury ends the task.
-const INJURIES: [(&str, &str, &str, bool); 11] = [
-    ("duct-cutter", "bile duct", "cut", true),
-    ("duct-tearer", "bile duct", "torn", true),
-    ("duct-scorcher", "bile duct", "perforated", true),
-    ("duct-coagulator", "bile duct", "perforated", true),
-    ("duct-puller", "bile duct", "torn", true),
-    ("artery-puller", "bile duct", "torn", true),
-    ("artery-cutter", "hepatic artery", "cut", true),
-    ("artery-scorcher", "hepatic artery", "perforated", true),
-    ("burner", "bile duct", "burnt", false),
-    ("bowel-burner", "duodenum", "burnt", false),
-    ("bag-burner", "gallbladder", "perforated", false),
+/// Hands that injure a structure: the structure, the alarms of which one must sound, and whether the
+/// injury ends the task. What the hook burns half through may tear at its end.
+const INJURIES: [(&str, &str, &[&str], bool); 11] = [
+    ("duct-cutter", "bile duct", &["cut"], true),
+    ("duct-tearer", "bile duct", &["torn"], true),
+    ("duct-scorcher", "bile duct", &["perforated", "torn"], true),
+    (
+        "duct-coagulator",
+        "bile duct",
+        &["perforated", "torn"],
+        true,
+    ),
+    ("duct-puller", "bile duct", &["torn"], true),
+    ("artery-puller", "bile duct", &["torn"], true),
+    ("artery-cutter", "hepatic artery", &["cut"], true),
+    (
+        "artery-scorcher",
+        "hepatic artery",
+        &["perforated", "torn"],
+        true,
+    ),
+    ("burner", "bile duct", &["burnt"], false),
+    ("bowel-burner", "duodenum", &["burnt"], false),
+    ("bag-burner", "gallbladder", &["perforated"], false),
 ];
 /// Hands that work a task to its end. `losing` is the careful one, whose devices fall silent for
 /// three seconds.
@@ -58,6 +70,33 @@ const WORKERS: [&str; 8] = [
     LOSING,
 ];
 const LOSING: &str = "losing";
+
+/// The table: tasks, and the hands that work each. Hands that err once do so where their structure
+/// is within reach.
+const TABLE: [(&str, &str); 8] = [
+    ("basics", "careful"),
+    (
+        "scope",
+        "careful learner novice hurried trembling wandering",
+    ),
+    (
+        "clamp",
+        "careful learner novice hurried trembling wandering pausing losing dropper duct-puller \
+         artery-puller",
+    ),
+    ("cut", "careful hurried unclamped"),
+    ("disconnect", "careful learner novice hurried"),
+    (
+        "identify",
+        "duct-cutter duct-tearer duct-scorcher duct-coagulator artery-cutter artery-scorcher burner \
+         bowel-burner bag-burner",
+    ),
+    (
+        "identify",
+        "careful learner novice hurried trembling wandering",
+    ),
+    ("full", "careful learner novice hurried"),
+];
 
 /// Result of a hand at a task.
 struct Worked {
@@ -87,12 +126,17 @@ impl Worked {
     }
 }
 
+/// Works a task on Calot's triangle in a folder that is removed afterwards.
+fn work(hand: &str, task: &str) -> Worked {
+    let folder = tempfile::tempdir().expect("a folder");
+    work_in(folder.path(), hand, task)
+}
+
 /// Works a task on Calot's triangle. The store and the report from the recording must agree with
 /// the summary, and the debrief must tell that a script worked.
-fn work(hand: &str, task: &str) -> Worked {
+fn work_in(folder: &Path, hand: &str, task: &str) -> Worked {
     let _turn = turn();
-    let folder = tempfile::tempdir().expect("a folder");
-    let (out, store) = (folder.path().join("out"), folder.path().join("kept.sqlite"));
+    let (out, store) = (folder.join("out"), folder.join("kept.sqlite"));
     let station = station_name("hand");
     let is_worker = WORKERS.contains(&hand);
     let whole = TASKS.iter().find(|it| it.0 == task).expect("a task").1;
@@ -117,11 +161,6 @@ fn work(hand: &str, task: &str) -> Worked {
     let output = run.wait_with_output().expect("it ends");
     assert!(output.status.success(), "{}", said(&output));
     let summary = summary(&out);
-    let asked = |command: &mut Command| {
-        let output = finish(command);
-        assert!(output.status.success(), "{}", said(&output));
-        String::from_utf8(output.stdout).expect("text")
-    };
     let again = asked(calot().arg("report").arg(&out).arg("--json"));
     let again: Value = serde_json::from_str(&again).expect("JSON");
     for key in ["outcome", "score", "metrics", "injuries", "reasons"] {
@@ -143,6 +182,33 @@ fn work(hand: &str, task: &str) -> Worked {
     worked
 }
 
+/// Output of a command that succeeds.
+fn asked(command: &mut Command) -> String {
+    let output = finish(command);
+    assert!(output.status.success(), "{}", said(&output));
+    String::from_utf8(output.stdout).expect("text")
+}
+
+/// Judges a kept session again, by the present metrics and built-in rules.
+fn judge_again(folder: &Path) -> Worked {
+    let out = folder.join("out");
+    let (rules, page) = (folder.join("rules.toml"), folder.join("again.html"));
+    std::fs::write(&rules, asked(calot().args(["report", "--rules-file"]))).expect("it is written");
+    let judged = |more: &[&str]| {
+        let mut command = calot();
+        command.arg("report").arg(&out).arg("--rules").arg(&rules);
+        asked(command.args(more))
+    };
+    let found: Value = serde_json::from_str(&judged(&["--json"])).expect("JSON");
+    let page_name = page.to_str().expect("a path in UTF-8");
+    judged(&["--overwrite", "--language", "en", "--out", page_name]);
+    Worked {
+        summary: found[0].clone(),
+        page: std::fs::read_to_string(&page).expect("a debrief"),
+        listed: String::new(),
+    }
+}
+
 /// Summary, store and debrief tell the same.
 fn agree(it: &Worked, hand: &str, task: &str) {
     let what = format!("{hand} {task}: {:#}", it.summary);
@@ -155,7 +221,7 @@ fn agree(it: &Worked, hand: &str, task: &str) {
         "failed" => "Failed",
         _ => "Not completed",
     };
-    for told in [outcome, "a scripted hand, worked this session"] {
+    for told in [outcome, "A scripted hand worked this session"] {
         assert!(it.page.contains(told), "{told}: {what}");
     }
     let lost = it.summary["lost"].as_array().expect("lost points");
@@ -173,11 +239,11 @@ fn agree(it: &Worked, hand: &str, task: &str) {
 
 /// True if the hand did what it is there for.
 fn did(it: &Worked, hand: &str, task: &str) -> bool {
-    if let Some((_, organ, alarm, ends_task)) = INJURIES.iter().find(|it| it.0 == hand) {
+    if let Some((_, organ, alarms, ends_task)) = INJURIES.iter().find(|it| it.0 == hand) {
         let injuries = it.summary["injuries"].as_array().expect("injuries");
         let is_told = |it: &&Value| it["organ"] == *organ && it["ends_task"] == *ends_task;
         return injuries.iter().any(|it| is_told(&it))
-            && it.alarms().contains(alarm)
+            && it.alarms().iter().any(|alarm| alarms.contains(alarm))
             && it.page.contains(organ)
             && match ends_task {
                 true => it.outcome() == "failed" && it.score() <= 60.0,
@@ -197,7 +263,11 @@ fn did(it: &Worked, hand: &str, task: &str) -> bool {
             let cuts = task != "disconnect";
             it.outcome() != "passed" && (!cuts || it.alarms().contains(&"unclamped"))
         }
-        "pausing" => it.metric("idle_s") > 15.0,
+        // A device that is late while the hand rests takes that time away.
+        "pausing" => it.metric("idle_s") + it.metric("device_lost_s") > 15.0,
+        // Its endoscope wanders off, so that it clips, cuts and burns unseen.
+        "novice" => task == "scope" || it.outcome() != "passed",
+        "hurried" => task != "clamp" || it.outcome() == "failed",
         // Levels and other flaws show in comparison with the careful hand.
         _ => true,
     }
@@ -301,26 +371,51 @@ fn keep(file: &Path, row: &str) {
     std::fs::write(file, format!("{head}\n{}\n", rows.join("\n"))).expect("it can be written");
 }
 
-/// Works the hands and tasks that `CALOT_HANDS` names (`HAND` or `HAND:TASK`, with spaces between
-/// them), or all.
-#[test]
-#[ignore = "hours of real time for all hands and tasks: `cargo xtask hands`"]
-fn every_hand_works_every_task() {
-    let wanted = std::env::var("CALOT_HANDS").unwrap_or_default();
+/// Hands and tasks of the table, or those that are named: `HAND` or `HAND:TASK`, with spaces between
+/// them.
+fn cells(wanted: &str) -> Vec<(String, String)> {
     let wanted: Vec<&str> = wanted.split_whitespace().collect();
-    let single = ["dropper", "unclamped"];
-    let hands = INJURIES.iter().map(|it| it.0).chain(WORKERS).chain(single);
-    let all = hands.flat_map(|hand| TASKS.map(|(task, _)| (hand, task)));
-    let is_wanted = |(hand, task): &(&str, &str)| {
-        wanted.is_empty()
-            || wanted
-                .iter()
-                .any(|it| *it == *hand || *it == format!("{hand}:{task}"))
-    };
+    let of_table = TABLE.iter().flat_map(|(task, hands)| {
+        let hands = hands.split_whitespace();
+        hands.map(|hand| (hand.to_owned(), (*task).to_owned()))
+    });
+    let is_wanted =
+        |(hand, _): &(String, String)| wanted.is_empty() || wanted.iter().any(|it| it == hand);
+    let mut cells: Vec<_> = of_table.filter(is_wanted).collect();
+    // A pair need not be in the table.
+    cells.extend(wanted.iter().filter_map(|it| {
+        let (hand, task) = it.split_once(':')?;
+        Some((hand.to_owned(), task.to_owned()))
+    }));
+    cells
+}
+
+/// Folder in which the session of a hand at a task is kept.
+fn kept(hand: &str, task: &str) -> PathBuf {
+    root().join("target/hands").join(format!("{hand}-{task}"))
+}
+
+/// Works the hands and tasks that `CALOT_HANDS` names, or the table. With `CALOT_HANDS_AGAIN`, kept
+/// sessions are judged again instead, and cells without one are left out.
+#[test]
+#[ignore = "an hour and a half of real time for the table: `cargo xtask hands`"]
+fn every_hand_works_every_task() {
+    let cells = cells(&std::env::var("CALOT_HANDS").unwrap_or_default());
+    let again = std::env::var_os("CALOT_HANDS_AGAIN").is_some();
     let file = root().join("tests/results/hands.csv");
     let (mut worked, mut unexpected) = (0, Vec::new());
-    for (hand, task) in all.filter(is_wanted) {
-        let it = work(hand, task);
+    for (hand, task) in &cells {
+        let folder = kept(hand, task);
+        let it = match again {
+            true if !folder.exists() => continue,
+            true => judge_again(&folder),
+            false => {
+                // The session of an earlier run makes room.
+                let _ = std::fs::remove_dir_all(&folder);
+                std::fs::create_dir_all(&folder).expect("a folder in target");
+                work_in(&folder, hand, task)
+            }
+        };
         let row = row(hand, task, &it);
         println!("{row}");
         keep(&file, &row);
@@ -329,6 +424,28 @@ fn every_hand_works_every_task() {
             unexpected.push(row);
         }
     }
-    assert!(worked > 0, "no hand and task of these names: {wanted:?}");
+    assert!(worked > 0, "no hand and task of these names: {cells:?}");
     assert!(unexpected.is_empty(), "{unexpected:#?}");
+}
+
+#[test]
+fn the_table_names_hands_and_tasks_that_there_are() {
+    let table = cells("");
+    assert!(table.len() > 40, "{}", table.len());
+    for (hand, task) in &table {
+        assert!(TASKS.iter().any(|it| it.0 == task), "{task}");
+        let known = WORKERS.contains(&hand.as_str()) || INJURIES.iter().any(|it| it.0 == hand);
+        assert!(
+            known || ["dropper", "unclamped"].contains(&hand.as_str()),
+            "{hand}"
+        );
+    }
+    for (hand, ..) in INJURIES {
+        assert_eq!(cells(hand).len(), 1, "{hand}");
+    }
+    assert_eq!(
+        cells("burner:clamp"),
+        [("burner".to_owned(), "clamp".to_owned())]
+    );
+    assert_eq!(cells("nobody"), []);
 }

@@ -19,9 +19,11 @@ cargo xtask COMMAND
                pictures, summary.json and report.html go to target/demo. ARGS go to `calot run`.
   test         set this machine up and run every test: format, lints, documentation, licences,
                unit, property and system tests, golden replays in debug and release
-  hands [HAND[:TASK] ...]
+  hands [--again] [HAND[:TASK] ...]
                let scripted hands work tasks through the real processes, in real time, and keep what
-               each came to in tests/results/hands.csv: all hands at all tasks (hours), or these
+               each came to in tests/results/hands.csv: a table of hands and tasks (an hour and a
+               half), or these. Their sessions stay in target/hands. --again judges these sessions
+               once more, by the present metrics and rules, and works nothing
   jitter guide [SECONDS [PROGRAM]]
                measure every figure of time in the guide for latency testers, 15 turns of 12 s or
                SECONDS, write tests/results/guide.csv and the tables made from it. PROGRAM is a

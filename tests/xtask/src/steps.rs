@@ -223,10 +223,17 @@ const LOOPS: &str = "cyclictest,executor,sleep,embassy-std";
 /// Name of the measurement that runs with remote watchers and without them, alternately.
 const WATCHED: &str = "watched";
 
-/// Lets scripted hands work tasks through the real processes: all, or those named `HAND` or
-/// `HAND:TASK`.
+/// Lets scripted hands work tasks through the real processes: the table, or those named `HAND` or
+/// `HAND:TASK`. With `--again`, judges their kept sessions once more instead.
 pub(crate) fn hands(args: &[String]) -> Result<(), String> {
-    let wanted = [("CALOT_HANDS", PathBuf::from(args.join(" ")))];
+    let (again, named): (Vec<_>, Vec<_>) = args.iter().partition(|it| *it == "--again");
+    let named: Vec<&str> = named.into_iter().map(String::as_str).collect();
+    let mut wanted = vec![("CALOT_HANDS", PathBuf::from(named.join(" ")))];
+    wanted.extend(
+        again
+            .first()
+            .map(|_| ("CALOT_HANDS_AGAIN", PathBuf::from("1"))),
+    );
     let test = "every_hand_works_every_task";
     // The features are those of all tests.
     let words = ["test", "--locked", "--workspace", "--test", "end_to_end"];

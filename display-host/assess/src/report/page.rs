@@ -168,8 +168,11 @@ fn one(page: &mut Page<'_>, chapter: &Chapter) {
     let it = &chapter.assessed;
     let task = page.task(chapter);
     let difficulty = page.say(&format!("difficulty-{}", it.difficulty.name()));
-    // A message's name has no colon; the scene of a patient is called `patient:NAME`.
-    let scene = format!("scene-{}", chapter.scene.replace(':', "-"));
+    // A message's name has neither colons nor spaces. A scene is called `patient:NAME`, or by its
+    // title if it came from a file.
+    let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
+    let scene: String = chapter.scene.chars().map(plain).collect();
+    let scene = format!("scene-{scene}");
     let scene = match page.words.has(&scene) {
         true => page.say(&scene),
         false => escape(&chapter.scene),

@@ -85,13 +85,25 @@ fn an_error_has_advice_a_close_picture_and_its_replay() {
     for expected in [
         "<h4>alarm-burnt organ=bile duct <small>page-times count=2</small></h4>",
         "<b>page-next-time</b> advice-burnt",
-        "1:15 <code>calot replay &#39;out/session.mcap&#39; --at 80.2</code>",
+        "1:15 <code>calot replay &#39;out/session.mcap&#39; --at 77.2</code>",
         "alt=\"alarm-burnt organ=bile duct\" src=\"data:image/png",
         "advice-metric-cautery-air-s",
         "page-cost points=4.5",
     ] {
         assert!(page.contains(expected), "{expected}");
     }
+    // Where a clip was lost there is no organ to be shown.
+    let mut lost = chapter("a");
+    lost.outlines = Outlines::test(OrganKind::BileDuct, vec![corners]);
+    lost.assessed.alarms = vec![Alarm {
+        kind: AlarmKind::ClipLost,
+        organ: None,
+        ..burnt()
+    }];
+    let page = html(&[lost], &Ids);
+    assert!(
+        page.contains("advice-clip-lost") && !page.contains("<figure><img alt=\"alarm-clip-lost")
+    );
     // The session ended before a step was done.
     let page = html(&[chapter("a")], &Ids);
     assert!(page.contains("<b>page-next-time</b> place of: Divide the cystic duct"));
@@ -213,9 +225,56 @@ fn a_page_says_what_is_not_the_trainees_and_what_noise_adds() {
     assert!(!with(&[]).contains("page-not-counted"));
 }
 
+/// The chapter of a task whose steps are all done.
+fn completed() -> Chapter {
+    let mut chapter = chapter("a");
+    for (_, done) in &mut chapter.assessed.steps {
+        *done = true;
+    }
+    chapter
+}
+
+/// A time of 8 s, at which the bile duct was cut, is no better than the published 68 s.
+#[test]
+fn published_values_stand_beside_completed_tasks_only() {
+    assert!(!html(&[chapter("a")], &Ids).contains("page-published"));
+    assert!(html(&[completed()], &Ids).contains("page-published"));
+}
+
+#[test]
+fn a_rule_about_a_metric_without_a_value_is_neither_met_nor_missed() {
+    let mut unused = chapter("a");
+    unused.assessed.task = Task::Identify;
+    let page = html(&[unused], &Ids);
+    let row = "<td>cautery_safe<td>–<td>page-at-least limit=0.95<td>–<td";
+    assert!(page.contains(row) && !page.contains("NaN"), "{page}");
+}
+
+#[test]
+fn the_critical_view_is_told_where_a_task_asks_for_it() {
+    let told = |task| {
+        let shares = crate::view::Criterion {
+            achieved: 1.0,
+            visible: Some(0.5),
+        };
+        let mut chapter = chapter("a");
+        chapter.assessed.task = task;
+        chapter.assessed.cvs = Some(crate::Cvs {
+            triangle: shares,
+            lower_bed: shares,
+            two: shares,
+            front: None,
+            behind: None,
+        });
+        html(&[chapter], &Ids).contains("page-view-not-shown-front")
+    };
+    assert!(told(Task::Identify) && told(Task::Full));
+    assert!(!told(Task::Clamp) && !told(Task::Disconnect));
+}
+
 #[test]
 fn injuries_rules_and_published_values_stand_with_their_source() {
-    let mut injured = chapter("a");
+    let mut injured = completed();
     injured.assessed.injuries.push(Injury {
         heat_j: Some(1.25),
         depth_mm: Some(0.5),
@@ -232,6 +291,7 @@ fn injuries_rules_and_published_values_stand_with_their_source() {
         "<td>3.0 s<td class=\"l\">bile duct<td class=\"l\">injury-perforated, 1.2 J, 0.5 mm<td \
          class=\"l\">cause-torn<td class=\"l\">page-ends-task<td class=\"l\" lang=\"en\">&lt;a book&gt;",
         "page-at-least limit=70<td>✗ page-no<td class=\"l\" lang=\"en\">page-no-source",
+        "page-injury-note",
         "page-published",
         "18 996 runs at LAP Mentor",
     ] {

@@ -107,6 +107,17 @@ fn enough_of_any_one_error_fails_an_operation() {
     }
 }
 
+/// The careful scripted surgeon burns the liver with 340 J where it frees the gallbladder.
+#[test]
+fn heat_in_the_liver_costs_beyond_what_the_bed_takes() {
+    let score = |heat_j| {
+        let mut values = Values::none();
+        values.set(Metric::BurnLiver, heat_j);
+        Rules::default().score(Task::Disconnect, &values).0
+    };
+    assert!(score(340.0) > 99.9 && score(600.0) < 91.0 && score(900.0) < 70.0);
+}
+
 /// An alarm that costs nothing would let a poor surgeon pass.
 #[test]
 fn every_alarm_costs_points_in_an_operation() {
@@ -143,6 +154,8 @@ fn a_clip_outside_the_picture_or_before_the_view_rules_out_a_pass() {
         (Task::Clamp, Metric::Perforations, 2.0),
         (Task::Cut, Metric::Perforations, 2.0),
         (Task::Identify, Metric::CauterySafe, 0.9),
+        (Task::Disconnect, Metric::Tears, 2.0),
+        (Task::Full, Metric::Tears, 2.0),
     ] {
         let mut values = Values::none();
         values.set(Metric::ViewsHeld, 2.0);

@@ -1,4 +1,5 @@
-//! The rules as the file writes them.
+//! Content of a rules file before it is checked. The module `check` makes the checked rules from
+//! it. Their types in `limits`, `weights`, `injury` and `published` document the values.
 
 use std::collections::BTreeMap;
 
@@ -11,17 +12,17 @@ pub(super) struct File {
     pub(super) version: Spanned<u32>,
     pub(super) alarm: Alarm,
     pub(super) done: Done,
-    /// Optional in older files, which ask for no view.
+    /// `None` in older files: no view has to be shown.
     pub(super) view: Option<View>,
-    /// Optional in older files, for which the built-in one holds.
+    /// `None` in older files: the built-in rule applies.
     pub(super) show: Option<Show>,
     #[serde(default)]
     pub(super) flow_ml_min: BTreeMap<Spanned<String>, Spanned<f64>>,
-    /// Optional in older files, for which the built-in ones hold.
+    /// `None` in older files: the built-in rules apply.
     pub(super) injury: Option<Vec<Injury>>,
     #[serde(default)]
     pub(super) penalty: Vec<Penalty>,
-    /// Optional in older files, which have no additional pass rules for an exam.
+    /// Additional pass rules for an exam. `None` in older files.
     pub(super) exam: Option<Exam>,
     #[serde(default)]
     pub(super) task: BTreeMap<Spanned<String>, Task>,
@@ -35,9 +36,9 @@ pub(super) struct Alarm {
     pub(super) touch: Vec<Spanned<String>>,
     pub(super) burn: Vec<Spanned<String>>,
     pub(super) quiet_s: Spanned<f64>,
-    /// Optional in older files, in which any heat counted.
+    /// `None` in older files: any heat counts.
     pub(super) burn_j: Option<Spanned<f64>>,
-    /// Optional in older files, in which any touch counted.
+    /// `None` in older files: any touch counts.
     pub(super) touch_n: Option<Spanned<f64>>,
 }
 
@@ -90,7 +91,7 @@ pub(super) struct Injury {
     pub(super) organ: Spanned<String>,
     pub(super) open: Spanned<String>,
     pub(super) burn_j: Option<Spanned<f64>>,
-    /// Optional in older files, in which only the heat counted.
+    /// `None` in older files: only the heat counts (`burn_j`).
     pub(super) burn_mm: Option<Spanned<f64>>,
     pub(super) source: Option<String>,
 }

@@ -79,7 +79,6 @@ pub(crate) struct Tally {
     clips_misplaced: u32,
     perforations: u32,
     crushes: u32,
-    tears: u32,
     slips: u32,
     removed: Vec<bool>,
     /// Removed volume of each region, m³.
@@ -238,7 +237,6 @@ impl Tally {
             Ok(Event::Removed { cell }) => self.remove(cell as usize, anatomy),
             Ok(Event::Perforation { .. }) => self.perforations += 1,
             Ok(Event::Crush { .. }) => self.crushes += 1,
-            Ok(Event::Tear { .. }) if !is_target(kind) => self.tears += 1,
             Ok(Event::Slip { .. }) => self.slips += 1,
             // A device that is silent from the start counts as gone, too.
             Ok(Event::Fault(Fault::SilentDevice)) => self.seen |= HAPTIC,
@@ -354,7 +352,6 @@ impl Tally {
             (Metric::Bile, self.bile_ml),
             (Metric::Perforations, self.perforations.into()),
             (Metric::Crushes, self.crushes.into()),
-            (Metric::Tears, self.tears.into()),
             (Metric::Slips, self.slips.into()),
             (Metric::OutOfView, self.out_of_view_s),
             (Metric::ScopeTurn, self.turn_rad.to_degrees()),

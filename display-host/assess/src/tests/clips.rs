@@ -1,9 +1,9 @@
-//! Clips and the cuts between them.
+//! Clips, and cuts between them.
 
 use super::*;
 
 #[test]
-fn clamping_passes_with_two_clips_on_each() {
+fn clamping_passes_with_two_clips_on_duct_and_artery() {
     let mut assessment = begin(Task::Clamp);
     rest(&mut assessment, 0.0, 1.0);
     clip(&mut assessment, 1.0, DUCT, 0.0, 0.0);
@@ -23,7 +23,7 @@ fn clamping_passes_with_two_clips_on_each() {
 }
 
 #[test]
-fn clips_that_are_lost_or_misplaced_sound_and_cost() {
+fn clips_that_are_lost_or_misplaced_raise_alarms_and_cost_points() {
     let mut assessment = begin(Task::Clamp);
     rest(&mut assessment, 0.0, 0.1);
     clip(&mut assessment, 0.1, NOTHING, 0.0, 9.0);
@@ -90,9 +90,9 @@ fn cutting_unclamped_fails_at_once() {
 }
 
 #[test]
-fn the_definition_of_a_wrong_cut_names_each_organ_whose_cut_is_none() {
+fn the_definition_of_a_wrong_cut_names_each_organ_that_may_be_cut() {
     let definition = Metric::CutsWrong.definition();
-    let named = |kind: OrganKind| {
+    let may_be_cut = |kind: OrganKind| {
         definition.contains(match kind {
             OrganKind::CysticDuct | OrganKind::CysticArtery => "cystic duct and artery",
             OrganKind::Fat => "fat",
@@ -113,19 +113,19 @@ fn the_definition_of_a_wrong_cut_names_each_organ_whose_cut_is_none() {
         rest(&mut assessment, 0.0, 0.1);
         assessment.take(&event(0.2, EventKind::Cut.number(), 0, 0.0, 0.001));
         let wrong = assessment.end().metrics.get(Metric::CutsWrong);
-        is(wrong, f64::from(u8::from(!named(kind))));
+        is(wrong, f64::from(u8::from(!may_be_cut(kind))));
     }
 }
 
 #[test]
-fn cutting_between_clips_passes_once_nothing_leaks() {
+fn cutting_between_clips_passes_after_some_time_without_a_leak() {
     let mut assessment = begin(Task::Cut);
     rest(&mut assessment, 0.0, 0.5);
     clip_both(&mut assessment);
     rest(&mut assessment, 0.6, 1.0);
     cut(&mut assessment, 1.0, DUCT);
     cut(&mut assessment, 1.0, ARTERY);
-    assert!(!assessment.is_over(), "a leak may still show");
+    assert!(!assessment.is_over(), "a leak may still begin");
     rest(&mut assessment, 1.1, 4.0);
     let assessed = assessment.end();
     assert_eq!(assessed.outcome, Outcome::Passed, "{assessed:?}");
@@ -133,7 +133,7 @@ fn cutting_between_clips_passes_once_nothing_leaks() {
 }
 
 #[test]
-fn clips_that_do_not_hold_are_no_clamp() {
+fn clips_that_leak_do_not_count_as_clamped() {
     // The leak is reported after the cut, or before it in the same tick.
     for before in [false, true] {
         let mut assessment = begin(Task::Cut);
@@ -156,7 +156,7 @@ fn clips_that_do_not_hold_are_no_clamp() {
 }
 
 #[test]
-fn clips_on_one_side_of_the_cut_are_no_clamp() {
+fn clips_on_one_side_of_the_cut_do_not_count_as_clamped() {
     let mut assessment = begin(Task::Cut);
     rest(&mut assessment, 0.0, 0.1);
     clip(&mut assessment, 0.1, DUCT, 0.01, 0.0);
@@ -169,7 +169,7 @@ fn clips_on_one_side_of_the_cut_are_no_clamp() {
 }
 
 #[test]
-fn cut_that_divides_nothing_is_none_and_a_dry_end_hides_no_leak() {
+fn a_partial_cut_is_no_division_and_a_closed_end_does_not_hide_the_leak_of_the_other() {
     let mut assessment = begin(Task::Cut);
     rest(&mut assessment, 0.0, 0.1);
     clip_both(&mut assessment);
@@ -177,14 +177,14 @@ fn cut_that_divides_nothing_is_none_and_a_dry_end_hides_no_leak() {
         assessment.take(&event(0.5, EventKind::Cut.number(), organ, 0.0, 0.001));
     }
     rest(&mut assessment, 0.6, 4.0);
-    assert!(!assessment.is_over(), "strands of them were cut, no more");
+    assert!(!assessment.is_over(), "only strands of both were cut");
     assessment.take(&event(4.1, EventKind::Leak.number(), DUCT, 0.0, 0.5));
     assessment.take(&event(4.1, EventKind::Leak.number(), DUCT, 0.01, 0.0));
     cut(&mut assessment, 4.2, DUCT);
     assert_eq!(assessment.end().outcome, Outcome::Failed);
 }
 
-/// Two clips may close one side, but the blades need room between the sides.
+/// All clips of a vessel may not lie at one place: the blades need room between its two sides.
 #[test]
 fn clips_at_one_place_leave_no_room_for_the_blades() {
     let clamped = |places_m: [f32; 3]| {
@@ -201,7 +201,7 @@ fn clips_at_one_place_leave_no_room_for_the_blades() {
     let room_mm = together.metrics.get(Metric::ClipRoom);
     assert!((room_mm - 1.5).abs() < 1e-3, "{room_mm}");
     assert_eq!(together.outcome, Outcome::Failed, "{:?}", together.reasons);
-    // The second clip beside the first leaves the room to the third.
+    // Two clips close one side, the third the other. Between the sides is room.
     let apart = clamped([0.0, 0.001, 0.008]);
     let room_mm = apart.metrics.get(Metric::ClipRoom);
     assert!((room_mm - 7.0).abs() < 1e-3, "{room_mm}");

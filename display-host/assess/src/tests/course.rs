@@ -1,4 +1,4 @@
-//! The course of an operation: its order, its start, its time.
+//! Start, order of steps, restarts, pauses and time limit of a task.
 
 use super::*;
 
@@ -6,6 +6,7 @@ use super::*;
 fn a_gap_in_the_event_numbers_counts_as_lost_events_and_a_new_controller_does_not() {
     let mut assessment = begin(Task::Free);
     rest(&mut assessment, 0.0, 0.2);
+    // 42, 43 and 2 are lost. At 0 a new controller begins to count.
     for sequence in [40, 41, 44, 45, 0, 1, 3] {
         let mut entry = event(0.3, EventKind::Removed.number(), FAT, 0.0, 1.0);
         if let EntryContent::Event(event) = &mut entry.what {
@@ -18,6 +19,7 @@ fn a_gap_in_the_event_numbers_counts_as_lost_events_and_a_new_controller_does_no
 
 #[test]
 fn clips_and_divisions_that_the_controller_prepared_count_as_done() {
+    // 3: the clips are in place; 4: duct and artery are divided as well.
     let start = |task| Entry {
         tick: 0,
         at_ns: 1_000_000_000,
@@ -35,11 +37,11 @@ fn clips_and_divisions_that_the_controller_prepared_count_as_done() {
     is(prepared.metrics.get(Metric::ClipsUsed), 0.0);
     is(prepared.metrics.get(Metric::Restarts), 0.0);
     // A cut that is not between the clips leaks.
-    let mut beside = begin(Task::Cut);
-    beside.take(&start(3));
-    cut(&mut beside, 1.0, DUCT);
-    beside.take(&event(1.1, EventKind::Leak.number(), DUCT, 0.0, 0.5));
-    assert_eq!(beside.end().outcome, Outcome::Failed);
+    let mut leaking = begin(Task::Cut);
+    leaking.take(&start(3));
+    cut(&mut leaking, 1.0, DUCT);
+    leaking.take(&event(1.1, EventKind::Leak.number(), DUCT, 0.0, 0.5));
+    assert_eq!(leaking.end().outcome, Outcome::Failed);
     let mut divided = begin(Task::Disconnect);
     divided.take(&start(4));
     rest(&mut divided, 0.0, 1.0);
@@ -58,7 +60,10 @@ fn the_critical_view_is_judged_by_what_is_removed_and_shown() {
     remove(&mut assessment, 17..18);
     assert!(!assessment.is_over(), "a cell counts only once");
     remove(&mut assessment, 18..19);
-    assert!(!assessment.is_over(), "nobody has seen it");
+    assert!(
+        !assessment.is_over(),
+        "the endoscope has not shown the view"
+    );
     hold_views(&mut assessment, 0.2);
     assert!(assessment.is_over());
     let assessed = assessment.end();
@@ -68,15 +73,15 @@ fn the_critical_view_is_judged_by_what_is_removed_and_shown() {
 }
 
 #[test]
-fn the_operation_in_order_passes_without_alarms_and_early_clips_raise_them() {
-    let all = |order: bool| {
+fn the_operation_in_order_passes_without_alarms_and_early_clips_raise_alarms() {
+    let operate = |is_in_order: bool| {
         let mut assessment = begin(Task::Full);
         rest(&mut assessment, 0.0, 0.5);
-        if !order {
+        if !is_in_order {
             clip_both(&mut assessment);
         }
         remove(&mut assessment, 0..20);
-        if order {
+        if is_in_order {
             hold_views(&mut assessment, 0.6);
             clip_both(&mut assessment);
         }
@@ -87,9 +92,9 @@ fn the_operation_in_order_passes_without_alarms_and_early_clips_raise_them() {
         remove(&mut assessment, 20..30);
         assessment.end()
     };
-    let good = all(true);
+    let good = operate(true);
     assert_eq!((good.outcome, good.alarms.len()), (Outcome::Passed, 0));
-    let early = all(false);
+    let early = operate(false);
     assert_eq!(kinds(&early), [AlarmKind::TooEarly; 4]);
     assert_eq!(early.outcome, Outcome::Failed);
     let missed = Reason::TooLittle {
@@ -122,12 +127,13 @@ fn a_reset_begins_anew_and_is_counted() {
 }
 
 #[test]
-fn pauses_and_gaps_are_no_time() {
+fn pauses_and_gaps_do_not_count_as_time() {
     let mut assessment = begin(Task::Free);
     rest(&mut assessment, 0.0, 1.0);
-    // Four seconds without a movement, then the hand is elsewhere.
+    // Four seconds are missing in the recording. After them the hand is elsewhere.
     assessment.take(&moved(5.0, here([0.3, 0.0, 0.0])));
     assessment.take(&moved(5.1, here([0.3, 0.0, 0.0])));
+    // Bit 8: the simulation is paused.
     let paused = Movement {
         switches: 8,
         ..here([0.3, 0.0, 0.0])
@@ -147,6 +153,7 @@ fn a_pause_before_a_cut_does_not_delay_the_end_of_the_task() {
     let mut assessment = begin(Task::Cut);
     rest(&mut assessment, 0.0, 0.5);
     clip_both(&mut assessment);
+    // Bit 8: the simulation is paused.
     let paused = Movement {
         switches: 8,
         ..here([0.0, 0.0, -0.1])
@@ -185,7 +192,7 @@ fn a_second_start_restarts_the_task_and_restores_its_clips() {
 }
 
 #[test]
-fn hanging_the_gallbladder_is_a_step_only_if_the_task_starts_there() {
+fn placing_the_sutures_is_a_step_only_if_the_task_starts_before_them() {
     let mut hung = anatomy();
     hung.sutures = 2;
     for (task, hangs) in [
@@ -203,8 +210,8 @@ fn hanging_the_gallbladder_is_a_step_only_if_the_task_starts_there() {
         assessment.take(&start(0));
         let step = |assessment: &Assessment| {
             let steps = assessment.status().steps;
-            let mut own = steps.into_iter();
-            own.find(|(step, _)| matches!(step, Step::Hang { count: 2 }))
+            let mut steps = steps.into_iter();
+            steps.find(|(step, _)| matches!(step, Step::Hang { count: 2 }))
         };
         assert_eq!(step(&assessment).is_some(), hangs, "{task:?}");
         // A suture that is placed twice counts once.
@@ -221,7 +228,7 @@ fn hanging_the_gallbladder_is_a_step_only_if_the_task_starts_there() {
         assessment.take(&start(1));
         assert!(
             step(&assessment).is_none(),
-            "a later start has placed the sutures"
+            "this start has placed the sutures"
         );
     }
 }
@@ -235,22 +242,21 @@ fn a_task_fails_after_its_time_limit() {
 }
 
 #[test]
-fn a_beginner_is_told_which_instrument_and_then_how() {
+fn a_beginner_is_told_to_take_the_instrument_and_then_to_use_it() {
     let (rules, anatomy) = (Rules::default(), anatomy());
     let mut assessment = Assessment::new(Task::Clamp, Difficulty::Beginner, rules, anatomy);
-    for (held, advice) in [
+    for (instrument, advice) in [
         (0, Advice::Take(Instrument::ClipApplier)),
         (3, Advice::Use(Instrument::ClipApplier)),
     ] {
-        let instrument = held;
         assessment.take(&moved(
-            f64::from(held) * 0.1,
+            f64::from(instrument) * 0.1,
             Movement {
                 instrument,
                 ..here([0.0; 3])
             },
         ));
-        let hint = assessment.status().hint.expect("a beginner's");
+        let hint = assessment.status().hint.expect("a beginner has a hint");
         assert_eq!(hint.advice, advice);
         assert!(matches!(hint.step, Step::Clip { count: 2, .. }));
     }

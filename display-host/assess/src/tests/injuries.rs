@@ -448,3 +448,27 @@ fn a_divided_cystic_duct_is_no_injury() {
         (Outcome::Passed, 0)
     );
 }
+
+/// One pull tears a tube link by link, and one closing of the blades cuts it so. Each is one error.
+#[test]
+fn what_tears_or_is_cut_at_once_is_one_error() {
+    for (kind, alarm, metric) in [
+        (EventKind::Tear, AlarmKind::Torn, Metric::Tears),
+        (EventKind::Cut, AlarmKind::Cut, Metric::CutsWrong),
+    ] {
+        let (help, rules) = (Difficulty::Trainee, Rules::default());
+        let mut assessment = Assessment::new(Task::Free, help, rules, whole());
+        rest(&mut assessment, 0.0, 0.1);
+        for (from_s, to_s, links) in [(0.1, 0.3, 5), (0.3, 3.2, 3)] {
+            rest(&mut assessment, from_s, to_s);
+            for _ in 0..links {
+                assessment.take(&event(to_s, kind.number(), BILE_DUCT, 0.0, 0.001));
+            }
+        }
+        // Another organ is another error.
+        assessment.take(&event(3.2, kind.number(), HEPATIC, 0.0, 0.001));
+        let assessed = assessment.end();
+        assert_eq!(kinds(&assessed), [alarm; 3]);
+        is(assessed.metrics.get(metric), 3.0);
+    }
+}

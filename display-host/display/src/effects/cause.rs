@@ -11,13 +11,13 @@ const TIP_M: f32 = 0.003;
 /// Temperature above the body's from which water boils, K. The controller keeps boiling tissue at
 /// 63.
 const BOILS_K: u8 = 62;
-/// Share of its water, of 255, after whose loss tissue steams no more.
+/// Water that tissue has lost, in 255ths of all its water, from which on the tissue steams no more.
 const DRY: u8 = 250;
 /// Largest number of places that steam at a time.
 const STEAMING: usize = 4;
 /// Duration of the steam of a boiling place, s.
 const STEAMS_S: f32 = 0.15;
-/// Water of the irrigator, ml/min. Assumed: a gentle jet; pressure bags give a litre and more.
+/// Flow of the irrigator's water, ml/min. Assumed: a gentle jet. Pressure bags give 1000 and more.
 const RINSES_ML_MIN: f32 = 240.0;
 /// Duration of a leak, s: ten hours. A source of this duration or more counts as a leak. It
 /// continues until an event changes or closes it.
@@ -74,7 +74,7 @@ pub struct Flow {
 
 impl Flow {
     /// Flow from an organ of this kind when it is fully open. The flow comes from the rules that
-    /// assess the operation, so that the picture and the metrics tell the same volume.
+    /// assess the operation, so that the picture and the metrics have the same volume.
     #[must_use]
     pub fn of_organ(rules: &Rules, organ: OrganKind) -> Self {
         let pulses = matches!(organ, OrganKind::CysticArtery | OrganKind::Vessel);
@@ -155,7 +155,8 @@ impl Effect {
             at_m: mouth_m + along * tip.radius_m,
             along,
             strength: 1.0,
-            // A little longer, so that it does not stop while the pedal is down.
+            // The effect lasts a little longer than `seconds`, so that it does not stop while the
+            // pedal is down.
             lasts_s: seconds + 0.05,
             flow: Flow {
                 ml_min,

@@ -131,7 +131,7 @@ impl Effects {
         if effect.along == Vec3::ZERO {
             effect.along = vertex.map_or(self.up, |v| skin.normal(v));
         }
-        // A new effect of the same kind within 2 mm renews the source, as while a current goes on.
+        // A new effect of the same kind within 2 mm renews the source, as during a long current.
         // A leak renews none: the two ends of a cut tube are two sources.
         // There is one irrigator: it has one jet and one mouth.
         let is_irrigator = matches!(effect.kind, Kind::Water | Kind::Suction);

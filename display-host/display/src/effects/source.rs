@@ -37,7 +37,7 @@ pub(super) struct Source {
     age_s: f32,
     /// Part of the next particle that is already due, from 0 to 1.
     due: f32,
-    /// Volume of blood or bile that is to leave with the next parcel, m³.
+    /// Volume of blood, bile or water that has become due and has not left yet, m³.
     due_m3: f64,
     /// Vertex of the skin at the source.
     mouth: Option<usize>,
@@ -139,7 +139,8 @@ impl Source {
 
     /// Pours the blood or bile that flows in a step.
     fn pour(&mut self, step_s: f32, skin: &Skin<'_>, fluids: &mut Fluids, thrown: &mut u32) {
-        // An absurd flow would take absurdly many parcels. Nothing flows at no number.
+        // The flow is limited, because an absurd flow would need absurdly many parcels. If the flow
+        // is NaN, nothing flows.
         let ml_min = f64::from(self.effect.flow.ml_min * self.effect.strength.min(2.0));
         let mean_m3_s = ml_min.clamp(0.0, ML_MIN_MAX) * 1e-6 / 60.0;
         self.due_m3 += mean_m3_s * f64::from(self.share() * step_s);

@@ -34,7 +34,7 @@ fn run(kind: Kind, frame_s: f32, seconds: f32) -> Effects {
 }
 
 #[test]
-fn smoke_gathers_and_goes_only_when_it_is_drawn_off() {
+fn smoke_gathers_until_it_is_evacuated() {
     let mesh = SkinMesh::default();
     let skin = Skin::new(&mesh, &[], &[], &[]);
     let burnt = run(Kind::Smoke, 0.05, 8.0);
@@ -59,7 +59,7 @@ fn smoke_gathers_and_goes_only_when_it_is_drawn_off() {
 }
 
 #[test]
-fn puffs_leave_through_the_trocar_that_draws_them_off() {
+fn puffs_leave_through_the_trocar_that_evacuates_smoke() {
     let mesh = SkinMesh::default();
     let skin = Skin::new(&mesh, &[], &[], &[]);
     let height = |suction: Option<Vec3>| {
@@ -183,7 +183,7 @@ fn the_flow_of_each_organ_is_that_of_the_metrics() {
 }
 
 #[test]
-fn a_leak_goes_on_until_it_is_told_to_be_closed() {
+fn a_leak_continues_until_a_report_closes_it() {
     let mesh = SkinMesh::default();
     let skin = Skin::new(&mesh, &[], &[], &[]);
     let mut effects = Effects::new(Vec3::Y);
@@ -214,7 +214,7 @@ fn a_leak_goes_on_until_it_is_told_to_be_closed() {
 }
 
 #[test]
-fn events_and_currents_show_what_they_do() {
+fn events_and_currents_have_the_effects_of_their_organ_and_switch() {
     let event = |kind| EventMsg {
         kind,
         ..bytemuck::Zeroable::zeroed()
@@ -342,7 +342,7 @@ fn work_leaves_char_and_blood_on_the_instrument_until_it_is_exchanged() {
 }
 
 #[test]
-fn an_absurd_flow_ends() {
+fn an_absurd_flow_is_limited() {
     let mesh = SkinMesh::default();
     let skin = Skin::new(&mesh, &[], &[], &[]);
     for ml_min in [1e20, f32::MAX, f32::INFINITY, f32::NAN, -1e20] {

@@ -11,9 +11,9 @@ use super::{Chapter, Picture};
 /// Number of pictures in a row of the sheet.
 const COLUMNS: u32 = 5;
 /// Width of a picture on the sheet, pixels.
-const THUMB_WIDTH: u32 = 320;
+const THUMB_WIDTH_PX: u32 = 320;
 /// Gap between pictures on the sheet, pixels.
-const GAP: u32 = 6;
+const GAP_PX: u32 = 6;
 
 const STYLE: &str = "\
 body{background:#14161a;color:#e6e6e6;font:16px/1.4 system-ui,sans-serif;margin:24px}\
@@ -54,10 +54,13 @@ pub(super) fn sheet(pictures: &[RgbaImage]) -> RgbaImage {
     let Some((width, height)) = pictures.first().map(RgbaImage::dimensions) else {
         return RgbaImage::new(1, 1);
     };
-    let thumb = [THUMB_WIDTH, (THUMB_WIDTH * height / width.max(1)).max(1)];
+    let thumb = [
+        THUMB_WIDTH_PX,
+        (THUMB_WIDTH_PX * height / width.max(1)).max(1),
+    ];
     let rows = (pictures.len() as u32).div_ceil(COLUMNS);
     let grey = image::Rgba([40, 43, 48, 255]);
-    let place = |cell: u32, side: u32| cell * (side + GAP) + GAP;
+    let place = |cell: u32, side: u32| cell * (side + GAP_PX) + GAP_PX;
     let mut sheet = RgbaImage::from_pixel(place(COLUMNS, thumb[0]), place(rows, thumb[1]), grey);
     for (cell, picture) in (0..).zip(pictures) {
         let small = resize(picture, thumb[0], thumb[1], FilterType::Triangle);

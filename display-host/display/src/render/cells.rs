@@ -25,7 +25,7 @@ const WARM: u8 = 12;
 /// Number of rounds in which the corners are smoothed.
 const ROUNDS: usize = 2;
 /// Share of the way to the mean of its neighbours that a corner goes in one round.
-const EVENED: f32 = 0.5;
+const SMOOTHING: f32 = 0.5;
 /// Degree of cooking, from 0 to 1, of tissue next to a removed cell.
 const BESIDE_GONE: f32 = 0.35;
 
@@ -273,7 +273,7 @@ impl Cells {
             }
             for ((place, (sum, count)), loose) in places.iter_mut().zip(sums).zip(&self.is_loose) {
                 if *loose && count > 0.0 {
-                    *place = place.lerp(sum / count, EVENED);
+                    *place = place.lerp(sum / count, SMOOTHING);
                 }
             }
         }

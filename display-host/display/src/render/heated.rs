@@ -1,8 +1,8 @@
 //! Skin that heat has blanched: its vertices take on the look of cooked tissue.
 //!
-//! The controller tells for each sphere which share of the proteins heat has denatured. A vertex
-//! has the share of its spheres, by its weights. Vertices at a joint of two organs, which have a
-//! second look already, show the cooked look as soon as it is the stronger one.
+//! The controller publishes for each sphere which share of the proteins heat has denatured. A
+//! vertex has the share of its spheres, by its weights. Vertices at a joint of two organs, which
+//! have a second look already, show the cooked look as soon as it is the stronger one.
 
 use core::ops::Range;
 

@@ -14,7 +14,7 @@ const ROWS: usize = 16;
 /// Distance before the tube's end at which a collar begins, in radii of the tube.
 const BEFORE: f32 = 2.2;
 /// Number of rounds that smooth the collar's foot: the ring of points that meets the organ.
-const EVENED: usize = 6;
+const FOOT_ROUNDS: usize = 6;
 /// A tube's end without attachments is free if it is farther than this from every other organ, m.
 const REACH_M: f32 = 0.012;
 /// Depth of the collar's rim below the organ's skin, m.
@@ -220,7 +220,7 @@ fn collar(
         rays.push((out, foot, v, start));
     }
     // On a narrow neck, neighbouring points of the foot may lie on different sides.
-    for _ in 0..EVENED {
+    for _ in 0..FOOT_ROUNDS {
         let feet: Vec<Vec3> = rays.iter().map(|ray| ray.1).collect();
         for (k, ray) in rays.iter_mut().enumerate() {
             let beside = feet[(k + 1) % AROUND] + feet[(k + AROUND - 1) % AROUND];
@@ -464,7 +464,7 @@ mod tests {
     }
 
     #[test]
-    fn a_curve_starts_and_ends_where_it_should_and_leaves_as_told() {
+    fn a_curve_starts_and_ends_at_its_points_and_leaves_along_its_tangent() {
         let (p, q) = (Vec3::ZERO, Vec3::new(1.0, 2.0, 3.0));
         let at = |t| hermite(t, p, Vec3::X, q, Vec3::Y);
         assert_eq!((at(0.0), at(1.0)), (p, q));

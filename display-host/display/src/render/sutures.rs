@@ -144,11 +144,11 @@ impl Sutures {
     }
 
     /// Sets the present sutures; `None`: the scene's own.
-    pub(super) fn set(&mut self, told: Option<&[SutureMsg]>) {
+    pub(super) fn set(&mut self, present: Option<&[SutureMsg]>) {
         for (number, suture) in self.sutures.iter_mut().enumerate() {
             if let Some(suture) = suture {
-                let told = told.and_then(|told| told.get(number));
-                suture.set(*told.unwrap_or(&suture.given));
+                let now = present.and_then(|all| all.get(number));
+                suture.set(*now.unwrap_or(&suture.given));
             }
         }
     }
@@ -160,11 +160,11 @@ impl Sutures {
         };
         let all = self.sutures.iter().flatten();
         for (suture, now) in all.zip(self.now.chunks_mut(CORNERS)) {
-            let told = &suture.now;
-            let center = spheres.get(told.sphere as usize);
-            let center = center.map_or(Vec3::from(told.at_m), |it| it.center_m.into());
+            let state = &suture.now;
+            let center = spheres.get(state.sphere as usize);
+            let center = center.map_or(Vec3::from(state.at_m), |it| it.center_m.into());
             let leaves = suture.leaves.map(|it| carried(&it, motions));
-            let halves = course(told, center, leaves, self.up);
+            let halves = course(state, center, leaves, self.up);
             for (path, now) in halves.iter().zip(now.chunks_mut(POINTS * SIDES)) {
                 tube(path, RADIUS_M, now);
             }
@@ -184,15 +184,15 @@ impl Suture {
         })
     }
 
-    fn set(&mut self, told: SutureMsg) {
-        let goes = |it: &SutureMsg| (it.placed, it.sphere, it.at_m.map(f32::to_bits));
-        let (was, is) = (goes(&self.now), goes(&told));
+    fn set(&mut self, now: SutureMsg) {
+        let course = |it: &SutureMsg| (it.placed, it.sphere, it.at_m.map(f32::to_bits));
+        let (was, is) = (course(&self.now), course(&now));
         // While a tip leads the suture, its points in the skin stay. Otherwise they would jump.
-        let is_led = told.placed == SutureMsg::AT_HAND && (was.0, was.1) == (is.0, is.1);
+        let is_led = now.placed == SutureMsg::AT_HAND && (was.0, was.1) == (is.0, is.1);
         if was != is && !is_led {
-            self.leaves = self.organ.leaves(&told).unwrap_or(self.leaves);
+            self.leaves = self.organ.leaves(&now).unwrap_or(self.leaves);
         }
-        self.now = told;
+        self.now = now;
     }
 }
 
@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn led_suture_ends_at_the_tip_and_absent_one_is_out_of_sight() {
+    fn a_led_suture_ends_at_the_tip_and_an_absent_one_is_out_of_sight() {
         let leaves = [Vec3::X * 0.003, Vec3::X * -0.003];
         let led = course(&suture(SutureMsg::AT_HAND), Vec3::ZERO, leaves, Vec3::Z);
         for half in &led[2..] {

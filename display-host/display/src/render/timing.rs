@@ -8,18 +8,18 @@ use super::gpu::Gpu;
 /// The measured passes, in order.
 pub const PASSES: [&str; 6] = ["skinning", "shadow", "scene", "exposure", "glare", "lens"];
 /// Alignment of resolved timestamps, bytes.
-const STRIDE: u64 = wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT;
+const STRIDE_BYTES: u64 = wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT;
 /// Number of frames whose timestamps may be on their way from the device at one time.
-const RING: usize = 3;
+const STAGINGS: usize = 3;
 /// Size of two timestamps, bytes.
-const PAIR: u64 = 16;
+const PAIR_BYTES: u64 = 16;
 
 /// Time of each pass of a frame, ms. It is 0 for a pass that the frame lacked.
 pub type PassTimes = [f32; PASSES.len()];
 
 const FREE: u8 = 0;
-const AWAY: u8 = 1;
-const HERE: u8 = 2;
+const IN_FLIGHT: u8 = 1;
+const ARRIVED: u8 = 2;
 const FAILED: u8 = 3;
 
 /// Timestamps of one frame on their way from the device.
@@ -27,7 +27,7 @@ struct Staging {
     buffer: wgpu::Buffer,
     /// One bit for each pass that the frame had.
     used: u32,
-    /// State of the mapping: `FREE`, `AWAY`, `HERE` or `FAILED`.
+    /// State of the mapping: `FREE`, `IN_FLIGHT`, `ARRIVED` or `FAILED`.
     state: Arc<AtomicU8>,
 }
 
@@ -43,14 +43,14 @@ pub(super) struct Timing {
 struct Clock {
     stamps: wgpu::QuerySet,
     resolved: wgpu::Buffer,
-    ring: [Staging; RING],
+    ring: [Staging; STAGINGS],
     ms_per_tick: f32,
 }
 
 impl Timing {
     pub(super) fn new(gpu: &Gpu) -> Self {
         let device = &gpu.device;
-        let size = STRIDE * PASSES.len() as u64;
+        let size = STRIDE_BYTES * PASSES.len() as u64;
         let buffer = |usage| {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("stamps"),
@@ -121,9 +121,9 @@ impl Timing {
             return;
         };
         for pass in (0..PASSES.len() as u32).filter(|pass| used >> pass & 1 == 1) {
-            let at = u64::from(pass) * STRIDE;
+            let at = u64::from(pass) * STRIDE_BYTES;
             encoder.resolve_query_set(&clock.stamps, 2 * pass..2 * pass + 2, &clock.resolved, at);
-            encoder.copy_buffer_to_buffer(&clock.resolved, at, &staging.buffer, at, PAIR);
+            encoder.copy_buffer_to_buffer(&clock.resolved, at, &staging.buffer, at, PAIR_BYTES);
         }
         staging.used = used;
     }
@@ -136,16 +136,16 @@ impl Timing {
             match staging.state.load(Ordering::Acquire) {
                 FREE if staging.used != 0 => {
                     let state = staging.state.clone();
-                    state.store(AWAY, Ordering::Release);
+                    state.store(IN_FLIGHT, Ordering::Release);
                     staging
                         .buffer
                         .slice(..)
                         .map_async(wgpu::MapMode::Read, move |result| {
-                            let now = if result.is_ok() { HERE } else { FAILED };
+                            let now = if result.is_ok() { ARRIVED } else { FAILED };
                             state.store(now, Ordering::Release);
                         });
                 }
-                HERE => {
+                ARRIVED => {
                     if let Ok(bytes) = staging.buffer.slice(..).get_mapped_range() {
                         self.newest = Some(times(&bytes, staging.used, clock.ms_per_tick));
                     }
@@ -170,7 +170,7 @@ impl Timing {
 
 fn times(bytes: &[u8], used: u32, ms_per_tick: f32) -> PassTimes {
     core::array::from_fn(|pass| {
-        let at = pass * STRIDE as usize;
+        let at = pass * STRIDE_BYTES as usize;
         let stamp = |k: usize| {
             let raw = bytes.get(at + 8 * k..at + 8 * k + 8)?;
             raw.try_into().ok().map(u64::from_le_bytes)
@@ -189,9 +189,9 @@ mod tests {
 
     #[test]
     fn stamps_become_times_and_nonsense_becomes_nothing() {
-        let mut bytes = vec![0u8; STRIDE as usize * PASSES.len()];
+        let mut bytes = vec![0u8; STRIDE_BYTES as usize * PASSES.len()];
         let mut put = |pass: usize, from: u64, to: u64| {
-            let at = pass * STRIDE as usize;
+            let at = pass * STRIDE_BYTES as usize;
             bytes[at..at + 8].copy_from_slice(&from.to_le_bytes());
             bytes[at + 8..at + 16].copy_from_slice(&to.to_le_bytes());
         };

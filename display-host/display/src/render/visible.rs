@@ -2,8 +2,8 @@
 //! software drivers, which otherwise spend much of a frame on vertices.
 //!
 //! Many triangles face away, lie outside the picture, or are so small that they fall between the
-//! samples of its pixels. The picture is the same without them. What lies behind the nearest
-//! triangles fails the depth test and is not shaded.
+//! samples of its pixels. The picture is the same without them. Surfaces behind the nearest
+//! triangles fail the depth test and are not shaded.
 
 use bytemuck::cast_slice;
 use glam::{Mat4, Vec3};
@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn what_faces_away_or_lies_outside_or_is_hidden_is_left_out() {
+    fn triangles_that_face_away_lie_outside_or_are_hidden_are_left_out() {
         let [a, b, c] = facing(0.0, 0.0, -0.1, 0.01);
         assert_eq!(shown(1, &[a, b, c], &[]), [[0, 1, 2]]);
         assert!(shown(1, &[a, c, b], &[]).is_empty(), "faces away");
@@ -221,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn what_falls_between_samples_is_left_out() {
+    fn triangles_between_the_samples_are_left_out() {
         // At 1 m a pixel is 22.8 mm wide. The picture's middle is a corner of four pixels.
         let small = facing(0.001, 0.001, -1.0, 0.006);
         assert!(shown(1, &small, &[]).is_empty());
@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_comes_first() {
+    fn the_nearest_triangle_comes_first() {
         let [far, near] = [-0.4, -0.1].map(|z| facing(0.0, 0.0, z, 0.05));
         let both = [far, near].concat();
         assert_eq!(shown(1, &both, &[]), [[3, 4, 5], [0, 1, 2]]);

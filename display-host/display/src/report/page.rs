@@ -67,14 +67,14 @@ fn verdict(page: &mut Page, s: &Summary) {
         let lacks = s.not_realtime.join(", ");
         page.add(format_args!(
             "<p class=\"bad\"><b>Not realtime.</b> The controller lacked: {}. These figures say \
-             little about a station that has it.</p>",
+             little about a station that meets these conditions.</p>",
             escape(&lacks)
         ));
     }
     if s.machine.virtual_machine {
         page.add(format_args!(
-            "<p class=\"lead\">This is a virtual machine: its host adds delays that no setting in \
-             here removes.</p>"
+            "<p class=\"lead\">This is a virtual machine: its host adds delays that no setting \
+             inside it removes.</p>"
         ));
     }
     for warning in &s.warnings {

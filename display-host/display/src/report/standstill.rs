@@ -71,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn a_standstill_is_told_with_its_length() {
+    fn a_standstill_is_reported_with_its_length() {
         assert_eq!(warning(&[0, 0, 20, 0, 0]), None);
         let once = warning(&[0, 0, 5012, 0, 0]).unwrap();
         assert!(once.contains("stood still for 5.01 s,"), "{once}");

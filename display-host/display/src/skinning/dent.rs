@@ -30,14 +30,15 @@ pub struct Dent {
     pub spheres: [u32; 4],
 }
 
-/// Width of the shoulder between displaced and undisturbed skin, m, and its growth with the depth.
-/// The steepest slope is `0.86 depth / width`: below 0.86 / 0.4 = 2.15 at every depth, so skin is
-/// stretched less than 2.4 times. `skinning.wgsl` has these numbers too.
+/// Width of the shoulder between displaced and undisturbed skin at depth 0, m. `skinning.wgsl` has
+/// the same number.
 const SHOULDER_M: f32 = 0.0015;
+/// Growth of the shoulder's width with the depth. The steepest slope is `0.86 depth / width`: below
+/// 0.86 / 0.4 = 2.15 at every depth, so skin is stretched less than 2.4 times. `skinning.wgsl` has
+/// the same number.
 const SHOULDER_PER_DEPTH: f32 = 0.4;
-/// Least depth below the skin at which the displacement has fallen to 1/e, m. The depth is twice
-/// that of the dent if this is more. Tissue below the tool is then pressed together by half at
-/// most.
+/// Depth below the skin at which the displacement has fallen to 1/e, m. For a deep dent it is twice
+/// the depth of the dent, so that tissue below the tool is pressed together by half at most.
 const FADES_M: f32 = 0.005;
 /// Drawn skin up to this height over the undisturbed skin is moved down to the tool's deepest
 /// level, m.

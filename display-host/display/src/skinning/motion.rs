@@ -51,7 +51,7 @@ const ROW: f32 = 0.06;
 /// rotation.
 const STEPS: usize = 20;
 /// Turn in one iteration below which the iteration ends, rad.
-const TURNED: f32 = 1e-5;
+const TURNED_RAD: f32 = 1e-5;
 
 /// Motions of a scene's spheres from frame to frame.
 #[derive(Debug, Clone)]
@@ -275,7 +275,7 @@ fn rotation(a: &Mat3, start: Quat) -> Quat {
         let step = torque / (pull.abs() + 1e-9);
         let angle = step.length();
         // The negation also catches NaN.
-        if !(angle > TURNED && angle.is_finite()) {
+        if !(angle > TURNED_RAD && angle.is_finite()) {
             break;
         }
         turn = (Quat::from_axis_angle(step / angle, angle) * turn).normalize();

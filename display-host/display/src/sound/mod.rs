@@ -182,7 +182,7 @@ fn play_by_any(
     let names: Vec<&str> = players.iter().map(|(program, _)| *program).collect();
     Err(format!(
         "no sound: there is no sound card, or none of {} to play with (apt-get install alsa-utils); \
-         --mute spares this",
+         --mute suppresses this warning",
         names.join(", ")
     ))
 }

@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn cut_and_coagulate_differ_as_a_tone_and_a_roughness() {
+    fn a_cutting_current_is_a_tone_and_a_coagulating_one_is_rough() {
         let (cut, coagulate) = (electro(Current::Cut), electro(Current::Coagulate));
         assert!(share(&cut, CUT_HZ) > 0.8, "{}", share(&cut, CUT_HZ));
         assert!(

@@ -5,7 +5,7 @@ use shared_mem::words::ActKind;
 
 /// Time for which a mark stays in the picture, s.
 const MARK_S: f64 = 10.0;
-/// Time for which the picture tells an act, s.
+/// Time for which the picture shows a note of an act, s.
 const NOTICE_S: f64 = 8.0;
 
 /// Reader of the acts.
@@ -15,14 +15,15 @@ pub enum ActsReader {
     Trainee,
     /// The instructor who acts.
     Instructor,
-    /// Whoever looks at a replay. A replay runs on in a pause of the session.
+    /// The viewer of a replay. A replay runs on during a pause of the session.
     Replay,
 }
 
 /// Acts of instructors at one moment.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ActsView {
-    /// The newest act, as long as the picture tells it. A remark has its text, if the text is told.
+    /// The newest act, while the picture shows a note of it. A remark has its text, unless the
+    /// reader is the trainee.
     pub notice: Option<(ActKind, Option<String>)>,
     /// Place at which an instructor points, world frame, m.
     pub mark: Option<[f32; 3]>,
@@ -51,7 +52,7 @@ impl ActsView {
         }
         for (at_s, kind, act) in known {
             let is_new = now_s - at_s < NOTICE_S;
-            // A pause is told as long as it lasts.
+            // The note of a pause stays as long as the pause.
             if is_new || lasts(kind) {
                 let remark = act
                     .text()
@@ -71,7 +72,7 @@ impl ActsView {
     }
 }
 
-/// The newest pause of an instructor, as far as the picture tells it. The trainee may end it.
+/// Decides how long the note of an instructor's pause is shown. The trainee may end the pause.
 #[derive(Debug, Default)]
 pub(crate) struct PauseNote {
     /// Number of the newest pause that was seen, from 1.
@@ -81,8 +82,8 @@ pub(crate) struct PauseNote {
 }
 
 impl PauseNote {
-    /// True while the pause with this number lasts. Call it for each picture. A pause that has
-    /// ended does not come back with a later one.
+    /// True while the pause with this number lasts. Call it for each picture. The note of a pause
+    /// that has ended does not come back with a later pause.
     pub(crate) fn tells(&mut self, number: usize, is_paused: bool) -> bool {
         match is_paused {
             true => self.seen = number,
@@ -93,7 +94,7 @@ impl PauseNote {
     }
 }
 
-/// Id of the message that tells an act.
+/// Id of the message that names an act.
 pub(super) fn message(kind: ActKind) -> String {
     format!("act-{}", kind.name().replace('_', "-"))
 }
@@ -113,38 +114,38 @@ mod tests {
     }
 
     #[test]
-    fn a_mark_goes_by_itself_and_a_pause_is_told_until_it_ends() {
-        let told = |now_s| ActsView::at(&acts(), now_s, ActsReader::Trainee);
-        assert_eq!(told(0.5), ActsView::default());
-        assert_eq!(told(5.0).mark, Some([0.1, 0.0, 0.0]));
-        assert_eq!(told(12.0).mark, None);
-        assert_eq!((told(19.0).fogs, told(21.0).fogs), (0, 1));
-        assert_eq!(told(95.0).notice, Some((ActKind::Pause, None)));
-        assert_eq!(told(115.0).notice, None);
+    fn a_mark_ends_by_itself_and_the_note_of_a_pause_ends_with_the_pause() {
+        let view_at = |now_s| ActsView::at(&acts(), now_s, ActsReader::Trainee);
+        assert_eq!(view_at(0.5), ActsView::default());
+        assert_eq!(view_at(5.0).mark, Some([0.1, 0.0, 0.0]));
+        assert_eq!(view_at(12.0).mark, None);
+        assert_eq!((view_at(19.0).fogs, view_at(21.0).fogs), (0, 1));
+        assert_eq!(view_at(95.0).notice, Some((ActKind::Pause, None)));
+        assert_eq!(view_at(115.0).notice, None);
     }
 
     #[test]
-    fn a_replay_tells_a_pause_for_a_while() {
-        let told = |now_s| ActsView::at(&acts(), now_s, ActsReader::Replay).notice;
-        assert_eq!(told(41.0), Some((ActKind::Pause, None)));
-        assert_eq!(told(49.0), None);
-        assert_eq!(told(101.0), Some((ActKind::Resume, None)));
+    fn a_replay_shows_the_note_of_a_pause_for_a_limited_time() {
+        let view_at = |now_s| ActsView::at(&acts(), now_s, ActsReader::Replay).notice;
+        assert_eq!(view_at(41.0), Some((ActKind::Pause, None)));
+        assert_eq!(view_at(49.0), None);
+        assert_eq!(view_at(101.0), Some((ActKind::Resume, None)));
     }
 
     #[test]
-    fn a_pause_that_the_trainee_ended_is_not_told_again() {
+    fn the_note_of_a_pause_that_the_trainee_ended_does_not_return() {
         let mut note = PauseNote::default();
         assert!(!note.tells(0, true), "the trainee's own pause");
         assert!(!note.tells(0, false));
         assert!(!note.tells(1, false), "the picture is older than the act");
         assert!(note.tells(1, true));
-        assert!(!note.tells(1, false), "the trainee went on");
+        assert!(!note.tells(1, false), "the trainee resumed");
         assert!(!note.tells(1, true), "the trainee's own pause");
         assert!(note.tells(2, true), "the instructor paused again");
     }
 
     #[test]
-    fn a_trainee_is_told_of_a_remark_and_reads_it_later() {
+    fn a_trainee_sees_that_there_is_a_remark_and_reads_it_later() {
         let remark = |reader| ActsView::at(&acts(), 121.0, reader).notice;
         assert_eq!(remark(ActsReader::Trainee), Some((ActKind::Remark, None)));
         let text = Some("Nearer.".to_owned());

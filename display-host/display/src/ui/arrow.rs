@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn it_points_to_a_tip_that_the_picture_does_not_show() {
+    fn the_arrow_points_to_a_tip_that_the_picture_does_not_show() {
         let scope = Scope::default();
         let towards = |tip_m| towards_tip(&tools(tip_m), &scope);
         assert_eq!(towards([0.0, 0.0, -0.1]), None, "it is in view");

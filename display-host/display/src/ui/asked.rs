@@ -61,8 +61,8 @@ pub enum Asked {
 }
 
 impl Asked {
-    /// True if the request commands the controller. An instructor's display may not do so, because
-    /// the station decides on an instructor's acts.
+    /// True if the request commands the controller. An instructor's display may not command it,
+    /// because the station decides on an instructor's acts.
     #[must_use]
     pub const fn reaches_in(self) -> bool {
         match self {
@@ -157,7 +157,7 @@ pub(super) fn keys(ui: &Ui, state: &UiState) -> Vec<Asked> {
             .filter(|&(key, _)| input.key_pressed(key))
             .map(|(_, asked)| asked)
             .filter(|asked| !(state.instructor && asked.reaches_in()))
-            // An exchange lets go of tissue, and in a pause nothing changes.
+            // An exchange would release tissue, and nothing may change in a pause.
             .filter(|asked| !(state.is_paused() && matches!(asked, Asked::Instrument(_))))
             .collect()
     })

@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn a_controller_that_starts_afresh_does_not_upset_the_rate() {
+    fn a_restarted_controller_does_not_disturb_the_rate() {
         let mut health = TickHealth::default();
         for first in [5000, 5050, 0, 50, 100] {
             health.take(&batch(first, |_| 10_000));

@@ -12,7 +12,7 @@ use super::{Asked, TaskNote, TaskView, UiState, alarms};
 /// Largest number of alarms in a [`Bulletin`].
 pub const BULLETIN_ALARMS: usize = 12;
 /// Smallest width of the table of metrics, points.
-const TABLE: f32 = 220.0;
+const TABLE_WIDTH_MIN_POINTS: f32 = 220.0;
 
 /// Complete state of a task for observers, even in an exam. It is the text of service `task`.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -90,7 +90,7 @@ fn assessment(ui: &mut Ui, state: &UiState, bulletin: &Bulletin) {
     }
     ui.separator();
     ui.label(RichText::new(words.say("observe-metrics")).strong());
-    if ui.available_width() < TABLE {
+    if ui.available_width() < TABLE_WIDTH_MIN_POINTS {
         for (name, unit, value) in &bulletin.metrics {
             let (name, amount) = (words.metric(name), words.amount(*value, unit));
             ui.label(format!("{name}: {amount}"));
@@ -155,7 +155,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_bulletin_comes_back_as_it_was_and_garbage_is_none() {
+    fn a_bulletin_is_read_as_written_and_garbage_is_none() {
         let bulletin = Bulletin {
             task: TaskView {
                 task: "clamp".into(),

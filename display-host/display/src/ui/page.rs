@@ -3,10 +3,17 @@
 
 use egui::{Button, Color32, Response, RichText, Ui};
 
-use super::screens::{BODY, legible};
+use super::screens::{BODY_POINTS, legible};
 
-/// Shows a screen: its content, and below it the buttons, which are always visible. Enter presses
-/// the button with the index `meant`, if any, unless another widget has the focus.
+/// Height of a window below which it is low, points, as with large text. Only the first buttons
+/// then stay visible, so that the content has room.
+const LOW: f32 = 420.0;
+/// Number of the buttons that stay visible in a low window.
+const STAYING: usize = 2;
+
+/// Shows a screen: its content, and below it the buttons, which are always visible. In a low window
+/// the first [`STAYING`] are, and the others follow the content. Enter presses the button with the
+/// index `meant`, if any, unless another widget has the focus.
 pub(super) fn screen<Wish: Clone>(
     ui: &mut Ui,
     name: &'static str,
@@ -24,6 +31,11 @@ pub(super) fn screen<Wish: Clone>(
     {
         wishes.push(wish.clone());
     }
+    let staying = match ui.available_height() < LOW {
+        true => buttons.len().min(STAYING.max(meant.map_or(0, |it| it + 1))),
+        false => buttons.len(),
+    };
+    let (staying, following) = buttons.split_at(staying);
     egui::Panel::bottom("page buttons")
         .resizable(false)
         .show(ui, |ui| {
@@ -31,19 +43,7 @@ pub(super) fn screen<Wish: Clone>(
             ui.add_space(10.0);
             // Each screen has widget ids of its own, so that the previous screen's focus does not
             // carry over.
-            ui.push_id(name, |ui| {
-                ui.horizontal_wrapped(|ui| {
-                    for (number, (text, wish)) in buttons.iter().enumerate() {
-                        let response = match meant == Some(number) {
-                            true => first(ui, text),
-                            false => ui.button(text.as_str()),
-                        };
-                        if response.clicked() {
-                            wishes.push(wish.clone());
-                        }
-                    }
-                });
-            });
+            ui.push_id(name, |ui| row(ui, staying, meant, wishes));
             ui.add_space(6.0);
         });
     egui::CentralPanel::default().show(ui, |ui| {
@@ -51,13 +51,37 @@ pub(super) fn screen<Wish: Clone>(
             legible(ui);
             ui.set_width(ui.available_width());
             add(ui, wishes);
+            if !following.is_empty() {
+                ui.add_space(10.0);
+                row(ui, following, None, wishes);
+            }
         });
+    });
+}
+
+/// Shows buttons beside each other. The one with the index `meant` is the default button.
+fn row<Wish: Clone>(
+    ui: &mut Ui,
+    buttons: &[(String, Wish)],
+    meant: Option<usize>,
+    wishes: &mut Vec<Wish>,
+) {
+    ui.horizontal_wrapped(|ui| {
+        for (number, (text, wish)) in buttons.iter().enumerate() {
+            let response = match meant == Some(number) {
+                true => first(ui, text),
+                false => ui.button(text.as_str()),
+            };
+            if response.clicked() {
+                wishes.push(wish.clone());
+            }
+        }
     });
 }
 
 /// The default button: Enter presses it unless another widget has the focus.
 fn first(ui: &mut Ui, text: &str) -> Response {
-    let text = RichText::new(text).size(1.2 * BODY).strong();
+    let text = RichText::new(text).size(1.2 * BODY_POINTS).strong();
     let response =
         ui.add(Button::new(text.color(Color32::WHITE)).fill(Color32::from_rgb(25, 95, 60)));
     if ui.memory(|memory| memory.focused().is_none()) {

@@ -15,9 +15,9 @@ use super::{
 /// Width of the panel as a share of the window's width.
 const PANEL_SHARE: f32 = 0.28;
 /// Least and largest width of the panel, points.
-const PANEL: [f32; 2] = [240.0, 350.0];
+const PANEL_WIDTH_POINTS: [f32; 2] = [240.0, 350.0];
 /// Size of the text for the trainee, points.
-const TEXT: f32 = 17.0;
+const TEXT_POINTS: f32 = 17.0;
 
 /// Haze that obscures the view, 1/m: a seventh of the light from tissue 5 cm away is lost.
 const HAZY_PER_M: f32 = 4.0;
@@ -38,15 +38,17 @@ pub fn ui(ui: &mut Ui, state: &UiState) -> (Vec<Asked>, Option<[u32; 2]>) {
             true => egui::Panel::left("panel"),
             false => egui::Panel::right("panel"),
         };
-        side.default_size((PANEL_SHARE * width).clamp(PANEL[0], PANEL[1]))
-            .max_size(0.5 * width)
-            .show(ui, |ui| {
-                sized(ui, TEXT);
-                egui::ScrollArea::vertical().show(ui, |ui| match state.instructor {
-                    true => instructor::show(ui, state, &mut asked),
-                    false => panel(ui, state, &mut asked),
-                });
+        side.default_size(
+            (PANEL_SHARE * width).clamp(PANEL_WIDTH_POINTS[0], PANEL_WIDTH_POINTS[1]),
+        )
+        .max_size(0.5 * width)
+        .show(ui, |ui| {
+            sized(ui, TEXT_POINTS);
+            egui::ScrollArea::vertical().show(ui, |ui| match state.instructor {
+                true => instructor::show(ui, state, &mut asked),
+                false => panel(ui, state, &mut asked),
             });
+        });
     }
     let mut covered = None;
     egui::CentralPanel::no_frame().show(ui, |ui| {
@@ -188,7 +190,7 @@ fn instruments(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     ui.label(words.say("instrument"));
     for number in Instrument::ALL.map(Instrument::number) {
         let text = format!("{} ({})", words.say(instrument_id(number)), number + 1);
-        // An exchange lets go of tissue, and in a pause nothing changes.
+        // An exchange would release tissue, and nothing may change in a pause.
         let button = egui::Button::selectable(held == Some(number), text);
         if ui.add_enabled(!state.is_paused(), button).clicked() {
             asked.push(Asked::Instrument(number));
@@ -201,8 +203,8 @@ fn scope(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     let words = &state.words;
     let [angle, turned] = state.scope_degrees.map(|it| format!("{it:.0}").into());
     let focus = format!("{:.0}", state.focus_mm).into();
-    let told = [("angle", angle), ("turned", turned), ("focus", focus)];
-    ui.label(words.say_with("scope", &told));
+    let values = [("angle", angle), ("turned", turned), ("focus", focus)];
+    ui.label(words.say_with("scope", &values));
     ui.horizontal_wrapped(|ui| {
         for (text, what) in [
             ("scope-next", Asked::NextScope),

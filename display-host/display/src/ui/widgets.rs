@@ -4,7 +4,7 @@
 use egui::{CollapsingHeader, Color32, FontId, Sense, Stroke, TextStyle, Ui, vec2};
 
 /// Size of small text, points.
-const FINE: f32 = 13.5;
+const FINE_TEXT_POINTS: f32 = 13.5;
 
 pub(super) const GOOD: Color32 = Color32::from_rgb(120, 205, 130);
 pub(super) const CARE: Color32 = Color32::from_rgb(240, 190, 80);
@@ -36,7 +36,7 @@ pub(super) fn sized(ui: &mut Ui, points: f32) {
 /// ignore.
 pub(super) fn fine(ui: &mut Ui, add: impl FnOnce(&mut Ui)) {
     ui.scope(|ui| {
-        sized(ui, FINE);
+        sized(ui, FINE_TEXT_POINTS);
         add(ui);
     });
 }

@@ -49,9 +49,9 @@ fn apart<T: Send + 'static>(
         Err(DisplayError::WindowLost { detail })
     };
     server::survive_its_loss();
-    let (tell, told) = mpsc::channel();
+    let (sender, receiver) = mpsc::channel();
     let window = move || {
-        let _ = tell.send(window());
+        let _ = sender.send(window());
     };
     let named = std::thread::Builder::new().name("calot-window".to_owned());
     let thread = match named.stack_size(STACK_BYTES).spawn(window) {
@@ -62,7 +62,7 @@ fn apart<T: Send + 'static>(
         }
     };
     loop {
-        match told.recv_timeout(LOOK_EVERY) {
+        match receiver.recv_timeout(LOOK_EVERY) {
             Ok(outcome) => {
                 // The window's drivers clean up as its thread ends, and again as the process ends.
                 // Both at once could free memory twice, so this function waits for the thread.

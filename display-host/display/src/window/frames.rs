@@ -11,7 +11,7 @@ const FRAMES_KEPT: usize = 400_000;
 /// Time over which the rate is measured.
 const RATE_OVER: Duration = Duration::from_secs(2);
 
-/// Least number of intervals between pictures from which a rate is told.
+/// Least number of intervals between pictures from which a rate is computed.
 const FRAMES_MIN: usize = 20;
 
 /// Shown pictures.

@@ -15,7 +15,7 @@ const SHARE_POINT: f32 = 0.002;
 /// Least and largest distance of the camera from the orbit's centre, m.
 const DISTANCES_M: [f32; 2] = [0.02, 0.4];
 /// Largest pitch, rad, so that the camera never passes over the top.
-const PITCH_MAX: f32 = 1.5;
+const PITCH_MAX_RAD: f32 = 1.5;
 
 /// The free camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,7 +42,7 @@ impl FreeCamera {
     pub(super) fn turn(&mut self, by: FreeView) {
         self.yaw = (self.yaw - f32::from(by.right) * RAD_POINT) % core::f32::consts::TAU;
         let pitch = self.pitch - f32::from(by.down) * RAD_POINT;
-        self.pitch = pitch.clamp(-PITCH_MAX, PITCH_MAX);
+        self.pitch = pitch.clamp(-PITCH_MAX_RAD, PITCH_MAX_RAD);
         let distance_m = self.distance_m * (1.0 - f32::from(by.nearer) * SHARE_POINT).max(0.1);
         self.distance_m = distance_m.clamp(DISTANCES_M[0], DISTANCES_M[1]);
     }

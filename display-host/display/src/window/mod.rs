@@ -334,7 +334,7 @@ impl ApplicationHandler<accesskit_winit::Event> for App<'_> {
             self.ended = Ended::TimeOver;
             events.exit();
         }
-        self.session.operate.tell();
+        self.session.operate.send_if_due();
         // A hidden window gets no redraw by itself. The session receives in a redraw, so one is
         // requested.
         if let Some(screen) = &self.screen {

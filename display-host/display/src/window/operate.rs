@@ -303,7 +303,7 @@ impl Operate {
     }
 
     /// Sends a message to the emulated hand if one is due.
-    pub(super) fn tell(&mut self) {
+    pub(super) fn send_if_due(&mut self) {
         self.leaving.take_if(|(_, left)| left.elapsed() > LAST_WORD);
         let since = self.advanced.elapsed();
         let Some((sender, leading)) = &mut self.on else {

@@ -13,10 +13,10 @@ const PENDING_MAX: usize = 48;
 const STALE_S: f64 = 0.3;
 /// Time that a state may be late or early, s.
 const SLACK_S: f32 = 0.5;
-/// Times between two pictures at which leaks begin or change, at most. A window that was hidden for
-/// 20 s shows each leak to 1.25 s.
+/// Number of parts into which a long time between two pictures is split. A leak begins or changes
+/// at the start of a part. After a window was hidden for 20 s, each leak is right to 1.25 s.
 const TIMES: u32 = 16;
-/// Time between two pictures in which all leaks begin at its start, s.
+/// Time between two pictures up to which it is not split, s: all leaks begin at its start.
 const SHORT_S: f32 = 0.1;
 
 #[derive(Default)]
@@ -32,9 +32,9 @@ struct Waiting {
     effect: Effect,
 }
 
-/// Time that passes in the effects from the picture of tick `before` to that of `tick`, s.
-/// `wall_s` is the time between the pictures, and `speed` the largest speed of a replay. More ticks
-/// than that are a seek: what happened in between was not seen, and nothing flows.
+/// Time that passes in the effects from the picture of tick `before` to that of `tick`, s. `wall_s`
+/// is the real time between the pictures, and `speed` the largest speed of a replay. If more ticks
+/// passed than that time allows, the replay has jumped. Then nothing flows: the result is 0.
 pub(super) fn played_s(before: u64, tick: u64, wall_s: f32, speed: f32) -> f32 {
     let passed_s = tick.saturating_sub(before) as f32 * TICK_S;
     match passed_s > SLACK_S + 2.0 * speed * wall_s {
@@ -43,7 +43,7 @@ pub(super) fn played_s(before: u64, tick: u64, wall_s: f32, speed: f32) -> f32 {
     }
 }
 
-/// A part of the time between two pictures: what begins at its start, and its length, s.
+/// A part of the time between two pictures: the effects that begin at its start, and its length, s.
 pub(super) type Part = (Vec<Effect>, f32);
 
 /// Parts of the `seconds` since the picture of tick `before`. Each leak begins in the part of its
@@ -73,7 +73,8 @@ pub(super) fn parts(begun: &[(u64, Effect)], before: u64, seconds: f32) -> Vec<P
 impl Pending {
     pub(super) fn push(&mut self, now_s: f64, tick: u64, effect: Effect) {
         if self.waiting.len() == PENDING_MAX {
-            // If the report of a leak were lost, the leak would never flow, or never stop.
+            // An effect that is no leak is dropped first: without its report, a leak would never
+            // flow, or never stop.
             let passing = self.waiting.iter().position(|it| !it.effect.is_leak());
             self.waiting.remove(passing.unwrap_or(0));
         }

@@ -66,11 +66,12 @@ pub(super) struct Session {
     sound: Option<Sound>,
     heard: Heard,
     task: Option<Arc<Mutex<TaskView>>>,
-    /// Acts of instructors, as the station or a replay tells them.
+    /// Acts of instructors, as the station or a replay reports them.
     acts: Option<Arc<Mutex<ActsView>>>,
-    /// The instructor's pause, as far as it was told.
+    /// State of the note about an instructor's pause.
     pause_note: PauseNote,
-    /// An instructor's way to the station, and the acts that went it, with their times, s.
+    /// Sender of an instructor's acts to the station, and the acts that were sent, with their
+    /// times, s.
     desk: Option<(ActSender, Vec<(f64, ActMsg)>)>,
     /// The instructor's mark, if there is one.
     mark: Option<StuckMark>,
@@ -263,7 +264,8 @@ impl Session {
         }
     }
 
-    /// Counts a picture that was handed over. `refused`: reason for which nothing is told of it.
+    /// Counts a picture that was handed over. `refused`: reason for which the window
+    /// system does not report it.
     pub(super) fn note_handed(&mut self, source: Option<Source>, refused: Option<&Missing>) {
         self.presentation.handed += 1;
         self.presentation.source = source;

@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn the_german_is_not_the_english() {
+    fn german_messages_differ_from_english_ones() {
         let (english, german) = (Words::default(), Words::new(Language::German));
         let all = messages(Language::English);
         let same = all.keys().filter(|id| {

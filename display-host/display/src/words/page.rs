@@ -82,7 +82,7 @@ mod tests {
         }
     }
 
-    /// A session in which everything happened that a page can tell of.
+    /// A session with everything that a page can show.
     fn chapter(task: Task) -> Chapter {
         let rules = Rules::default();
         let anatomy = Anatomy::default();

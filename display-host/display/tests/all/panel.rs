@@ -812,7 +812,7 @@ fn the_recording_says_how_it_does() {
             waiting: 4_000_000,
             missing,
             missing_events,
-            told: None,
+            reported: None,
         };
         let mut panel = harness(UiState {
             recording: Some(recording),

@@ -591,3 +591,43 @@ fn a_tight_picture_shows_the_alarm_if_no_panel_does() {
         }
     }
 }
+
+#[test]
+fn a_low_window_shows_the_outcome_of_a_debrief_and_whole_cards() {
+    let wanted: [(&str, &[&str]); 3] = [
+        (
+            "pause",
+            &[
+                "pause-title",
+                "pause-go-on",
+                "pause-again",
+                "settings",
+                "pause-end",
+            ],
+        ),
+        ("over", &["hud-end"]),
+        ("debrief", &["outcome-failed", "debrief-again"]),
+    ];
+    for language in Language::ALL {
+        let words = Words::new(language);
+        for (name, ids) in wanted {
+            let (_, shown) = screens().into_iter().find(|it| it.0 == name).expect(name);
+            let mut desk = harness(language, shown, [800, 600, 200]);
+            desk.run_steps(2);
+            desk.set_size(egui::vec2(400.0, 300.0));
+            desk.run_steps(4);
+            let mut below = 0.0;
+            for id in ids {
+                let text = words.say(id);
+                // The panel beside a card may have the same button; the card's comes last.
+                let found = desk.query_all_by_label(&text).last().map(|it| it.rect());
+                let rect = found.unwrap_or_else(|| panic!("{name} in {language:?}: no '{text}'"));
+                assert!(
+                    rect.top() >= below - 1.0 && rect.bottom() <= 300.0,
+                    "{name} in {language:?}: '{text}' at {rect}"
+                );
+                below = rect.top();
+            }
+        }
+    }
+}

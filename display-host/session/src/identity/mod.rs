@@ -55,8 +55,8 @@ fn view_of(shaft: &PoseMsg, [off_rad, turned_rad]: [f32; 2]) -> PoseMsg {
     }
 }
 
-/// Plane through cystic duct and artery at rest. The plane does not move: the organs sag once they
-/// are free, but the triangle's sides stay the body's.
+/// Plane through cystic duct and artery at rest. The plane does not move with the organs, which sag
+/// once they are free: front and back of the triangle are those of the body.
 struct Plane {
     middle_m: Vec3,
     normal: Vec3,

@@ -36,7 +36,7 @@ fn is(found: f64, expected: f64, within: f64) {
 }
 
 #[test]
-fn the_nearer_hides_the_farther_in_any_order() {
+fn the_nearer_surface_hides_the_farther_in_any_order() {
     for order in [[0u8, 1], [1, 0]] {
         let mut canvas = canvas();
         for organ in order {
@@ -65,7 +65,7 @@ fn the_nearer_hides_the_farther_in_any_order() {
 }
 
 #[test]
-fn an_instrument_hides_and_is_no_organ() {
+fn an_instrument_hides_organs_and_counts_as_none() {
     let mut canvas = canvas();
     square(&mut canvas, 3, [0.0, 0.0, 0.1], 0.02);
     canvas.capsule(&CapsuleMsg {
@@ -83,14 +83,17 @@ fn an_instrument_hides_and_is_no_organ() {
 }
 
 #[test]
-fn a_place_is_open_until_something_comes_before_it() {
+fn a_place_is_open_until_a_surface_hides_it() {
     let mut canvas = canvas();
     let place = [0.0, 0.0, -0.1];
     assert!(canvas.is_open(place, 0.001));
     square(&mut canvas, 0, [0.0, 0.0, 0.12], 0.02);
-    assert!(canvas.is_open(place, 0.001), "it lies behind");
+    assert!(canvas.is_open(place, 0.001), "the square lies behind");
     square(&mut canvas, 0, [0.0, 0.0, 0.0995], 0.02);
-    assert!(canvas.is_open(place, 0.001), "it lies within the cell");
+    assert!(
+        canvas.is_open(place, 0.001),
+        "the square lies within the cell"
+    );
     square(&mut canvas, 0, [0.0, 0.0, 0.08], 0.02);
     assert!(!canvas.is_open(place, 0.001));
     for outside in [[0.2, 0.0, -0.1], [0.0, 0.0, 0.1], [0.0, 0.0, 0.0]] {

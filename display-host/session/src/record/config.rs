@@ -1,4 +1,4 @@
-//! Target and content of a recording, and the view that the display tells it.
+//! Target and content of a recording, and the endoscope's view that the display passes to it.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
@@ -75,6 +75,6 @@ pub struct Config {
     pub acts: Acts,
     /// Channel into which each entry of the course is sent when it is written.
     pub course: Option<Sender<Entry>>,
-    /// Channel for whoever waits for an event.
+    /// Channel of news for a caller that waits for an event or a tick.
     pub hears: Option<Sender<Heard>>,
 }

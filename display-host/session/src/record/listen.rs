@@ -44,7 +44,7 @@ impl Listening {
         prepare: fn(Option<usize>),
         tick_cpu: Option<usize>,
     ) -> Result<Self, Error> {
-        let (tell, told) = mpsc::sync_channel::<Result<(), ServiceError>>(1);
+        let (answer, answered) = mpsc::sync_channel::<Result<(), ServiceError>>(1);
         let stop = Arc::new(AtomicBool::new(false));
         let overflowed = Arc::new(AtomicU64::new(0));
         let (sender, items) = queue(overflowed.clone());
@@ -55,17 +55,17 @@ impl Listening {
                 prepare(tick_cpu);
                 match Tap::open(&station) {
                     Ok(tap) => {
-                        let _ = tell.send(Ok(()));
+                        let _ = answer.send(Ok(()));
                         listen(&tap, &sender, &stopped);
                     }
                     Err(error) => {
-                        let _ = tell.send(Err(error));
+                        let _ = answer.send(Err(error));
                     }
                 }
             })
             .map_err(Error::Thread)?;
-        if let Ok(told) = told.recv() {
-            told?;
+        if let Ok(opened) = answered.recv() {
+            opened?;
         }
         Ok(Self {
             thread,

@@ -64,16 +64,16 @@ impl Listening {
         } = self;
         let file = config.path.clone();
         let health = Arc::new(Mutex::new(Health {
-            told: Some(Instant::now()),
+            reported: Some(Instant::now()),
             ..Health::default()
         }));
-        let told = health.clone();
+        let shared = health.clone();
         let writer = Builder::new()
             .name("calot-record".to_owned())
             .spawn(move || {
                 prepare(tick_cpu);
-                let recorded = write(&items, storage, config, &overflowed, &told);
-                lock(&told).standing = Standing::Ended;
+                let recorded = write(&items, storage, config, &overflowed, &shared);
+                lock(&shared).standing = Standing::Ended;
                 recorded
             })
             .map_err(Error::Thread)?;
@@ -116,7 +116,7 @@ impl Recording {
         let listened = self.listener.join();
         while !self.writer.is_finished() {
             let health = *lock(&self.health);
-            let silent = health.told.map_or(Duration::ZERO, |told| told.elapsed());
+            let silent = health.reported.map_or(Duration::ZERO, |it| it.elapsed());
             if silent > hanging_max {
                 return Some(Recorded {
                     bytes: health.bytes,

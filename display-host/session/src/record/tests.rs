@@ -45,7 +45,7 @@ fn config(path: PathBuf) -> Config {
 }
 
 #[test]
-fn events_that_a_full_queue_loses_are_counted_and_told() {
+fn events_that_a_full_queue_loses_are_counted_and_reported() {
     let overflowed = Arc::new(AtomicU64::new(0));
     let (queue, items) = queue(overflowed.clone());
     for sequence in 0..QUEUE as u64 + 3 {
@@ -122,7 +122,7 @@ fn the_end_does_not_wait_for_a_disk_that_hangs() {
         }),
         health: Arc::new(Mutex::new(Health {
             bytes: 7,
-            told: Some(Instant::now()),
+            reported: Some(Instant::now()),
             ..Health::default()
         })),
         file: "session.mcap".into(),

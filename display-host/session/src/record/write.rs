@@ -1,4 +1,5 @@
-//! The writing thread: it takes the queue's items into the file, and tells how the disk fares.
+//! The writing thread: it writes the queue's items into the file, and reports the state of the
+//! disk.
 
 use std::io::Write as _;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
@@ -147,7 +148,7 @@ fn begins_anew(records: &[InputRecord]) -> bool {
 }
 
 fn tell_news(config: &Config, news: Heard) {
-    // Nobody may wait for them any more.
+    // The receiver may be gone.
     let _ = config.hears.as_ref().map(|it| it.send(news));
 }
 
@@ -170,7 +171,7 @@ fn health_of(file: &SessionFile) -> Health {
         waiting: outbox.waits() as u64,
         missing: file.ticks.missing,
         missing_events: file.events.missing,
-        told: Some(Instant::now()),
+        reported: Some(Instant::now()),
     }
 }
 
@@ -189,8 +190,8 @@ fn tell(refused: Option<&str>, before: &mut Option<String>) {
     let _ = match refused {
         Some(why) => writeln!(
             std::io::stderr(),
-            "calot: the disk does not take the recording ({why}); minutes of it wait in memory: make \
-             room"
+            "calot: the disk does not take the recording ({why}), so the recording waits in memory, 16 \
+             MB at most: make room on the disk"
         ),
         None => writeln!(
             std::io::stderr(),

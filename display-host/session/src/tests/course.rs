@@ -171,11 +171,11 @@ pub(super) fn tools(at_ns: u64) -> ToolFrame {
 }
 
 #[test]
-fn the_course_is_read_as_it_was_told() {
+fn the_course_is_read_as_it_was_written() {
     let disk = Disk::with_room(usize::MAX);
-    let (told, entries) = std::sync::mpsc::channel();
+    let (sender, entries) = std::sync::mpsc::channel();
     let mut file = SessionFile::begin(Box::new(disk.clone()), &info(), &scene()).unwrap();
-    file.tell(told);
+    file.tell(sender);
     let assignment = Assignment {
         task: "cut".into(),
         difficulty: "exam".into(),
@@ -210,13 +210,13 @@ fn the_course_is_read_as_it_was_told() {
     file.event(&event).unwrap();
     file.finish().unwrap();
     drop(file);
-    let told: Vec<Entry> = entries.iter().collect();
+    let sent: Vec<Entry> = entries.iter().collect();
     let bytes = disk.bytes();
     let length = bytes.len() as u64;
     let source = Box::new(Cursor::new(bytes));
     let mut operation = Operation::read(Path::new("test.mcap"), length, source).unwrap();
     let read: Vec<Entry> = operation.by_ref().collect();
-    assert_eq!(read, told);
+    assert_eq!(read, sent);
     assert_eq!(operation.end(), Some(&End::Whole));
     assert_eq!(operation.assignment, Some(assignment));
     assert_eq!(operation.scene.name(), "nothing");
@@ -248,7 +248,7 @@ fn a_session_without_a_course_is_refused_with_a_reason() {
 }
 
 #[test]
-fn a_gap_is_counted_and_stands_in_the_session() {
+fn a_gap_is_counted_and_recorded() {
     let disk = Disk::with_room(usize::MAX);
     let mut file = record(&disk, 1);
     file.inputs(&batch(100)).unwrap();
@@ -268,7 +268,7 @@ fn a_gap_is_counted_and_stands_in_the_session() {
 }
 
 #[test]
-fn events_that_are_missing_are_counted_and_stand_in_the_session() {
+fn missing_events_are_counted_and_recorded() {
     let disk = Disk::with_room(usize::MAX);
     let mut file = record(&disk, 1);
     // The second 0 comes from another controller.

@@ -74,7 +74,7 @@ fn why_damaged(bytes: Vec<u8>) -> String {
 }
 
 #[test]
-fn lengths_that_lie_are_damage_and_cost_no_memory() {
+fn wrong_lengths_are_damage_and_allocate_no_memory() {
     let whole = recorded();
     let (chunk, end) = chunks(&whole)[2];
     let body = chunk + 9;
@@ -155,7 +155,7 @@ fn ticks_that_are_missing_at_the_end_are_known() {
 }
 
 #[test]
-fn a_file_is_nobody_elses_even_where_one_was() {
+fn a_recording_is_private_even_if_it_replaces_a_public_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("x.mcap");
     std::fs::write(&path, "old").unwrap();
@@ -178,7 +178,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
-    fn a_session_that_is_cut_anywhere_gives_what_was_flushed(share in 0.0f64..1.0) {
+    fn a_session_that_is_cut_anywhere_gives_the_flushed_ticks(share in 0.0f64..1.0) {
         let disk = Disk::with_room(usize::MAX);
         let mut flushed = Vec::new();
         let mut file = record(&disk, 0);
@@ -204,7 +204,7 @@ proptest! {
 
     /// A disk may fill up in the middle of a chunk, of the final record, or of the index.
     #[test]
-    fn a_disk_that_is_full_anywhere_leaves_what_is_said(share in 0.0f64..1.0) {
+    fn a_disk_that_is_full_anywhere_holds_the_reported_ticks(share in 0.0f64..1.0) {
         let room = (share * recorded().len() as f64) as usize;
         let disk = Disk::with_room(room);
         let mut file = record(&disk, 3);

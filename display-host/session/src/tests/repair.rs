@@ -58,7 +58,7 @@ fn without(batch: usize) -> Vec<InputRecord> {
 }
 
 #[test]
-fn what_lies_behind_a_damaged_chunk_is_kept() {
+fn records_behind_a_damaged_chunk_are_kept() {
     let (whole, chunks) = five();
     let (from, to) = chunks[2];
     let mut flipped = whole.clone();
@@ -177,7 +177,7 @@ fn messages_that_nothing_counts_are_lost_in_an_unknown_number() {
 }
 
 #[test]
-fn descriptions_of_channels_come_from_the_index_if_theirs_is_damaged() {
+fn descriptions_of_channels_come_from_the_index_if_their_chunk_is_damaged() {
     let (whole, _) = five();
     let (from, to) = damage::chunks(&whole)[0];
     let mut damaged = whole.clone();
@@ -326,7 +326,7 @@ fn a_session_of_which_nothing_is_left_is_refused_and_leaves_no_file() {
 }
 
 #[test]
-fn what_cannot_be_repaired_is_refused_with_a_reason() {
+fn a_file_that_cannot_be_repaired_is_refused_with_a_reason() {
     let (_folder, from, to) = in_file(b"something else");
     let error = repair(&from, &to).unwrap_err();
     assert!(matches!(error, ReadError::NotASession { .. }), "{error}");

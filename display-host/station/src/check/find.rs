@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn findings_are_what_the_calls_returned() {
+    fn findings_have_the_results_of_the_calls() {
         let (_folder, mut system) = machine(&[]);
         let found = |system: &System| {
             [
@@ -229,6 +229,31 @@ mod tests {
                 .unwrap()
                 .contains("ttyUSB0/latency_timer")
         );
+    }
+
+    #[test]
+    fn a_latency_timer_that_is_too_long_or_cannot_be_read_is_found() {
+        const FIRST: &str = "sys/bus/usb-serial/devices/ttyUSB0/latency_timer";
+        const SECOND: &str = "sys/bus/usb-serial/devices/ttyUSB1/latency_timer";
+        for (timers, verdict, is) in [
+            (&[(FIRST, "1"), (SECOND, "0")][..], Verdict::Good, "1 ms"),
+            (
+                &[(FIRST, "1"), (SECOND, "")],
+                Verdict::Unknown,
+                "ttyUSB1 cannot be read",
+            ),
+            (
+                &[(FIRST, "16"), (SECOND, "none")],
+                Verdict::Better,
+                "ttyUSB0 16 ms, ttyUSB1 cannot be read",
+            ),
+            (&[], Verdict::Good, "no such adapter plugged in"),
+        ] {
+            let (_folder, system) = machine(timers);
+            let found = serial::serial(&system);
+            assert_eq!((found.verdict, &*found.is), (verdict, is));
+            assert_eq!(found.mend.is_some(), verdict != Verdict::Good);
+        }
     }
 
     #[test]

@@ -32,6 +32,7 @@ pub(crate) struct Finding {
     pub(crate) cause: Option<Cause>,
 }
 
+/// Finding with these values. A good property needs no remedy, so `mend` is then left out.
 pub(super) fn finding(
     name: &'static str,
     verdict: Verdict,

@@ -3,7 +3,7 @@
 use super::finding::{Finding, Verdict, finding, tried};
 use super::system::{System, TICK_PRIORITY};
 
-/// Time after which calot stops a runaway tick, µs.
+/// Least limit `rttime`, µs: Calot stops a runaway tick by itself after this time.
 const RTTIME_MIN_US: u64 = 200_000;
 
 pub(super) fn priority(system: &System) -> Finding {
@@ -26,7 +26,7 @@ pub(super) fn affinity(system: &System, core: usize) -> Finding {
 /// Calot stops a runaway tick itself after 200 ms. With a lower limit, the kernel would end the
 /// process first.
 pub(super) fn runaway(system: &System) -> Finding {
-    let should = "200 ms or more: calot itself stops a runaway tick by then";
+    let should = "200 ms or more: Calot stops a runaway tick by itself after 200 ms";
     let name = "limit rttime";
     let mend = "prlimit --pid $$ --rttime=unlimited";
     match system.rttime_us {

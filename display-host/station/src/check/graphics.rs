@@ -1,4 +1,5 @@
-//! The graphics card, without which the pictures may be too few to train with.
+//! Finding about the graphics card. Without one, the display may draw too few pictures to train
+//! with.
 
 use display_host::render::gpu::Gpu;
 
@@ -46,7 +47,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_computer_without_a_graphics_card_is_told_that_pictures_may_be_too_few() {
+    fn without_a_graphics_card_the_finding_warns_of_too_few_pictures() {
         let card = graphics(&Adapter::Card("Radeon".to_owned()));
         assert_eq!((card.verdict, &*card.is), (Verdict::Good, "Radeon"));
         let software = graphics(&Adapter::Software("llvmpipe".to_owned()));

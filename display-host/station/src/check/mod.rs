@@ -1,6 +1,6 @@
-//! `calot check`: tells if this machine is fit for realtime. It tries the calls that the controller
-//! will make, and undoes them. It reads other properties from files and limits. For each property
-//! it prints the current state, and for a property that is not good the remedy.
+//! `calot check`: finds out if this machine is fit for realtime. It tries the calls that the
+//! controller will make, and undoes them. It reads other properties from files and limits. For each
+//! property it prints the current state, and for a property that is not good the remedy.
 
 mod files;
 mod find;
@@ -32,7 +32,7 @@ Examples:
   calot check --json
   calot check --install      prints a shell script (systemd unit, limits, udev rules); `| sudo sh` runs it
 
-Exit code: 0 if realtime is possible, 1 if something prevents it. Mere advice leaves it at 0.")]
+Exit code: 0 if realtime is possible, 1 if something prevents it. Advice (`better`) leaves it at 0.")]
 pub(crate) struct CheckArgs {
     /// Core to run the tick on, counted from 0 [default: the last one]
     #[arg(long, value_name = "N")]
@@ -78,6 +78,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<ExitCode, Problem> {
     })
 }
 
+/// Lines about a finding: the current state, and if it is not good the required state and remedy.
 fn in_words(finding: &Finding) -> String {
     let mark = match finding.verdict {
         Verdict::Good => "good   ",

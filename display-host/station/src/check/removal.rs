@@ -1,8 +1,8 @@
-//! Finding about the log-in manager, which may remove the shared memory of a running station.
-//! With `RemoveIPC=yes`, systemd-logind removes every file of a user in /dev/shm when that user's
-//! last session ends (logind.conf(5)). It spares root and system users. A program in a session
-//! keeps that session open. So only a program outside the sessions of its user loses its memory: a
-//! service with `User=`, cron, `sudo -u` from somebody else's session.
+//! Finding about the log-in manager, which may remove the shared memory of a running station. With
+//! `RemoveIPC=yes`, systemd-logind removes every file of a user in /dev/shm when that user's last
+//! session ends (logind.conf(5)). It spares root and system users. A program in a session keeps
+//! that session open. So only a program outside the sessions of its user loses its memory, for
+//! example a service with `User=`, a cron job, or `sudo -u` from somebody else's session.
 
 use std::path::{Path, PathBuf};
 
@@ -40,13 +40,14 @@ pub(super) fn removal(root: &Path) -> Finding {
     let cause = match setting(root) {
         Some(false) => return good("yes: RemoveIPC=no"),
         _ if is_in_own_session(root, user) => {
-            return good("yes: runs in a session of its user, which lasts as long");
+            return good("yes: this program runs in a session of its user and keeps it open");
         }
         _ if lingers(root, user) => return good("yes: its user lingers"),
         Some(true) => "RemoveIPC=yes",
         None => "RemoveIPC is not set, which means yes",
     };
-    let is = format!("not sure: {cause}, and this is no session of user {user}");
+    let is =
+        format!("not sure: {cause}, and this program runs outside the sessions of user {user}");
     let mend = format!("sudo loginctl enable-linger {user}");
     finding(NAME, Verdict::Better, is, SHOULD, mend)
 }
@@ -64,15 +65,16 @@ fn user(root: &Path) -> Option<u32> {
 
 fn system_user_max(root: &Path) -> u32 {
     let settings = read(root, "etc/login.defs").unwrap_or_default();
-    let told = settings.lines().find_map(|line| {
+    let set = settings.lines().find_map(|line| {
         let mut words = line.split_whitespace();
         (words.next() == Some("SYS_UID_MAX")).then(|| words.next()?.parse().ok())?
     });
-    told.unwrap_or(SYSTEM_USER_MAX)
+    set.unwrap_or(SYSTEM_USER_MAX)
 }
 
 /// `RemoveIPC` as logind reads it. If no file sets it, a commented-out line of the main file shows
-/// the distribution's choice (Red Hat's is no). `None` if there is no such line, which means yes.
+/// the distribution's default (Red Hat's is no). `None` if there is no such line either: logind
+/// then takes yes.
 fn setting(root: &Path) -> Option<bool> {
     let main = FOLDERS
         .iter()
@@ -150,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn a_service_of_an_ordinary_user_is_warned_and_told_the_command() {
+    fn a_service_of_an_ordinary_user_gets_a_warning_with_the_command() {
         let found = with(&OUTSIDE);
         assert_eq!(found.verdict, Verdict::Better);
         assert!(found.is.contains("RemoveIPC is not set"), "{found:?}");
@@ -159,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_keeps_shared_memory_is_not_warned() {
+    fn users_who_keep_their_shared_memory_are_not_warned() {
         let root = ("proc/self/status", "Uid:\t0\t0\t0\t0");
         let daemon = ("proc/self/status", "Uid:\t999\t999\t999\t999");
         let nobody = ("proc/self/status", "Uid:\t65534\t65534\t65534\t65534");

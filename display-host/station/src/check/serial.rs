@@ -1,5 +1,6 @@
-//! Findings about serial lines.
+//! Findings about serial adapters.
 
+use std::io::ErrorKind;
 use std::path::Path;
 
 use super::finding::{Finding, Verdict, finding};
@@ -9,49 +10,44 @@ use super::system::System;
 /// until the timer ends.
 const LATENCY_TIMER_MAX_MS: u64 = 1;
 
+/// Examines the latency timers of all plugged-in USB serial adapters that have one.
 pub(super) fn serial(system: &System) -> Finding {
     let name = "USB serial latency";
     let should = "latency timer of 1 ms: FTDI chips hold bytes back for 16 ms by default";
-    let mut slow = Vec::new();
-    let mut seen = 0;
+    let (mut seen, mut is, mut mend) = (0, Vec::new(), Vec::new());
+    let mut verdict = Verdict::Good;
     for port in system.entries("sys/bus/usb-serial/devices") {
-        let timer = std::fs::read_to_string(port.join("latency_timer"));
-        let Ok(timer) = timer else { continue };
+        let timer = match std::fs::read_to_string(port.join("latency_timer")) {
+            // Adapters without an FTDI chip have no timer.
+            Err(error) if error.kind() == ErrorKind::NotFound => continue,
+            timer => timer,
+        };
         seen += 1;
-        let ms: u64 = timer.trim().parse().unwrap_or(u64::MAX);
-        if ms > LATENCY_TIMER_MAX_MS {
-            slow.push((file_name(&port), ms));
+        let timer_ms = timer.ok().and_then(|text| text.trim().parse::<u64>().ok());
+        let port = file_name(&port);
+        match timer_ms {
+            Some(ms) if ms <= LATENCY_TIMER_MAX_MS => continue,
+            Some(ms) => {
+                is.push(format!("{port} {ms} ms"));
+                verdict = Verdict::Better;
+            }
+            None => {
+                is.push(format!("{port} cannot be read"));
+                if verdict == Verdict::Good {
+                    verdict = Verdict::Unknown;
+                }
+            }
         }
+        mend.push(format!(
+            "echo 1 | sudo tee /sys/bus/usb-serial/devices/{port}/latency_timer"
+        ));
     }
-    match (seen, slow.as_slice()) {
-        (0, _) => finding(
-            name,
-            Verdict::Good,
-            "no such adapter plugged in",
-            should,
-            "",
-        ),
-        (_, []) => finding(name, Verdict::Good, "1 ms", should, ""),
-        (_, slow) => {
-            let is: Vec<String> = slow
-                .iter()
-                .map(|(port, ms)| format!("{port} {ms} ms"))
-                .collect();
-            let mend: Vec<String> = slow
-                .iter()
-                .map(|(port, _)| {
-                    format!("echo 1 | sudo tee /sys/bus/usb-serial/devices/{port}/latency_timer")
-                })
-                .collect();
-            finding(
-                name,
-                Verdict::Better,
-                is.join(", "),
-                should,
-                mend.join("; "),
-            )
-        }
-    }
+    let is = match (seen, verdict) {
+        (0, _) => "no such adapter plugged in".to_owned(),
+        (_, Verdict::Good) => "1 ms".to_owned(),
+        _ => is.join(", "),
+    };
+    finding(name, verdict, is, should, mend.join("; "))
 }
 
 fn file_name(path: &Path) -> String {

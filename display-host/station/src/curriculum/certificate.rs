@@ -1,4 +1,4 @@
-//! A certificate of the levels that a trainee has completed, as a page to be printed.
+//! A certificate of the levels that a trainee has completed, as a page to print.
 
 use std::fmt::Write as _;
 
@@ -21,7 +21,7 @@ pub(super) struct Row {
     pub(super) benchmark: f64,
     /// Passes in a row.
     pub(super) passes: usize,
-    /// Beginning of the last of them, Unix s.
+    /// Beginning of the session with the last of these passes, Unix s.
     pub(super) since_unix_s: i64,
 }
 

@@ -126,7 +126,7 @@ impl Curriculum {
 }
 
 impl Level {
-    /// Title in a language, else in English, else in any.
+    /// Title in a language. If it is missing, the title in English, or else in any language.
     fn title(&self, language: Language) -> &str {
         let own = self.title.get(language.code());
         let found = own.or_else(|| self.title.get(Language::English.code()));
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_are_named_with_what_is_allowed() {
+    fn mistakes_are_reported_with_the_allowed_values() {
         let refused = |from: &str, to: &str| {
             assert!(BUILT_IN.contains(from), "{from}");
             Curriculum::parse(&BUILT_IN.replacen(from, to, 1)).unwrap_err()

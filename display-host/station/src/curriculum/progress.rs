@@ -36,9 +36,10 @@ struct AimProgress {
     sessions: usize,
     /// Best score of these sessions.
     best: Option<f64>,
-    /// Passes at the benchmark since the last session without one. Stays at `needed` once that is
-    /// reached.
+    /// Number of passes at the benchmark since the last session that was none. It stays at `needed`
+    /// once it has reached it.
     in_a_row: usize,
+    /// Number of passes in a row that make the trainee proficient.
     needed: usize,
     proficient: bool,
     /// Beginning of the session that made the trainee proficient, Unix s.
@@ -53,7 +54,7 @@ struct Next {
 }
 
 impl Curriculum {
-    /// Progress that a trainee's sessions, oldest first, show.
+    /// Progress of a trainee with these sessions, oldest first.
     pub(crate) fn progress(
         &self,
         trainee: &str,
@@ -254,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_begins_anywhere_but_at_the_first_steps() {
+    fn a_new_trainee_begins_with_the_first_steps() {
         let next = progress(&[]).next.unwrap();
         assert_eq!((next.task, next.difficulty), ("basics", "beginner"));
     }
@@ -279,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn less_help_counts_for_more_and_a_script_for_nobody() {
+    fn a_pass_with_less_help_counts_for_more_help_and_one_by_a_script_for_nobody() {
         let alone = session("clamp", "trainee", "passed", 85.0);
         let all = progress(&[alone.clone(), alone.clone()]);
         assert_eq!(of(&all, "clamp", "beginner"), (2, true));
@@ -313,8 +314,8 @@ mod tests {
         let whole = progress(&sessions);
         assert!(whole.view().has_certificate);
         let page = whole.certificate(&english).unwrap();
-        for told in ["Ada", "First steps", "2026-09-21", "<html lang=\"en\">"] {
-            assert!(page.contains(told), "{told}: {page}");
+        for part in ["Ada", "First steps", "2026-09-21", "<html lang=\"en\">"] {
+            assert!(page.contains(part), "{part}: {page}");
         }
         assert!(!page.contains("The whole operation"), "{page}");
         let german = whole.certificate(&Words::new(Language::German)).unwrap();
@@ -333,16 +334,16 @@ mod tests {
     }
 
     #[test]
-    fn it_is_told_in_a_terminal_and_in_the_window() {
+    fn progress_is_shown_in_a_terminal_and_in_the_window() {
         let all = progress(&[session("basics", "beginner", "passed", 100.0)]);
         let lines = all.lines().join("\n");
-        for told in [
+        for part in [
             "Ada: proficient in 1 of 13 tasks",
             "done  basics",
             "0 of 2 passes in a row at 80; 0 sessions, best –",
             "next: --task scope --difficulty beginner",
         ] {
-            assert!(lines.contains(told), "{told}: {lines}");
+            assert!(lines.contains(part), "{part}: {lines}");
         }
         let view = all.view();
         assert_eq!(view.done, [1, 13]);

@@ -97,25 +97,25 @@ pub(crate) enum AxisName {
 Nobody holds the handle during the first part, which takes about a minute for three axes:
   1. A soft spring finds the force that carries the handle's weight.
   2. A force grows slowly until the handle moves: dry friction, and the direction of the force.
-  3. A chirp from 4 to 50 Hz and pushes after which the handle runs out. Mass, damping, friction
-     and delay are those with which a model moves as the handle did.
+  3. A chirp from 4 to 50 Hz, and pushes after which the handle coasts. A model is fitted to these
+     motions: mass, damping, friction and delay.
 A handle that opens is measured along its opening too: it goes to both ends, then come the same
-experiments. No fingers may be in it. Movements do not tell how large its force is, only whether large
-forces are as large as small ones promise.
+experiments. No fingers may be in it. The motions do not show how large its force is. They show only if
+large forces are in proportion to small ones.
 With --wall a second part follows. A wall lies across the middle of the workspace. Tap it from above,
 press it gently for a second, and lift the handle again. Each wall is stiffer, until one buzzes.
 
 Forces begin at zero and stay below half of the declared peak, the continuous force, and 1 N unless
---force allows more. Everything ends without force when the handle leaves 60 % of the workspace or
+--force allows more. The measurement ends, without force, when the handle leaves 60 % of the workspace or
 moves faster than 0.5 m/s, when the device is lost or reports a fault, when the wall buzzes, and when
 you press Enter or Ctrl-C. First make sure with `calot devices conformance` that the device obeys its
 watchdog, and keep its switch within reach.
 
-The damping that counts is viscous damping plus 4 f / (pi v) of the dry friction f at v = 0.2 m/s. The
+The reported damping is viscous damping plus 4 f / (pi v), with the dry friction f and v = 0.2 m/s. The
 delay is the sum of the delay of a sample and that of a command. Calot renders contacts up to 0.7 of
 K = damping / (half a sample's period + delay): with too much damping or too little delay declared, hard
-contacts buzz. The lines that it prints belong into [haptic] of the station file. There they replace
-what the device declares.
+contacts buzz. The printed lines belong into [haptic] of the station file. There they replace what the
+device declares.
 
 Examples:
   calot devices characterise /dev/ttyACM0 --out measured
@@ -253,7 +253,7 @@ pub(crate) struct WatchArgs {
     #[arg(long, value_name = "N", value_parser = parse_seconds)]
     pub(crate) seconds: Option<f64>,
     /// Write every sample of the haptic device to this table; units are in its first line. At the
-    /// end it says how many numbers of samples are missing
+    /// end, print how many sequence numbers are missing
     #[arg(long, value_name = "FILE")]
     pub(crate) csv: Option<PathBuf>,
     #[command(flatten)]
@@ -270,14 +270,14 @@ The test leads you through these parts:
   2. The handle pushes with 0.3 N three times. You say which way: sign and axes of force.
   3. Shut and open a handle that opens; it pushes your fingers with 1 N: range and sign.
   4. The handle presses on a kitchen scale with 0.5 N: size of force. You may leave this out.
-  5. It pushes to and fro for 9 s: steps, a sine, a chirp. `--page` draws the answer.
-  6. You hold it firmly, and it pushes once with 2 N, or less if it bears less for long.
+  5. It pushes to and fro for 9 s: steps, a sine, a chirp. `--page` draws the motion.
+  6. You hold it firmly, and it pushes once with 2 N, or less if the device declares less.
   7. It pushes with 0.5 N, and then Calot sends nothing: the push must end by itself.
 
-If the handle is an instrument in a port, the directions are those of its handle: begin half drawn
-out, and draw the instrument out along its shaft where that leads up or towards you.
+If the handle belongs to an instrument in a port, begin with the instrument half drawn out. If its
+shaft points up or towards you, draw it farther out for the move in that direction.
 
-The pushes rise and fall in 0.3 s. Every force ends at once when the handle runs off by 4 cm.
+The pushes rise and fall in 0.3 s. Every force ends at once when the handle moves off by 4 cm.
 
 `--window` shows the same steps in a window, with the handle's position and force. Esc ends every
 force and the test. So does closing the window.

@@ -24,11 +24,11 @@ use crate::problem::Problem;
 use crate::say;
 use crate::stop;
 
-/// After this silence a device counts as gone.
+/// A device without a sample for this time counts as lost.
 const SILENT: Duration = Duration::from_secs(20);
-/// Time over which a place is measured.
+/// Time over which the position of a landmark is averaged.
 const MEASURED_FOR: Duration = Duration::from_millis(300);
-/// Greatest distance of the device from its mean position during that time, m.
+/// Largest distance from the mean position within [`MEASURED_FOR`], m.
 const STILL_M: f32 = 1.5e-3;
 
 /// A device whose position is sought.
@@ -113,7 +113,7 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<ExitCode, Problem> {
     if devices.is_empty() {
         return Err("the station file names neither a haptic device nor a tracker".into());
     }
-    // Refuse the station file now if frames could not be put into it later.
+    // Refuse the station file now if the frames cannot be written into it later.
     let unmoved = devices
         .iter()
         .map(|device| (device.frame, Pose::identity()));
@@ -303,7 +303,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn new_frames_replace_old_ones_and_all_else_stays() {
+    fn new_frames_replace_old_ones_and_other_lines_stay() {
         let path = Path::new("station.toml");
         let text = "# mine\n[frames.world_from_device] # old\nposition_m = [9.0, 9.0, 9.0]\n\
                     rotation_xyzw = [0.0, 0.0, 0.0, 1.0]\n# the phantom's = its own\n[[landmarks]]\n\

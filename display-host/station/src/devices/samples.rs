@@ -21,7 +21,7 @@ pub(super) struct Samples {
     first_ns: Option<u64>,
     lines: u64,
     last: Option<u16>,
-    /// Numbers of samples that are missing between two lines.
+    /// Number of sequence numbers that are missing between the lines.
     missing: u64,
     failed: Option<std::io::Error>,
 }
@@ -56,7 +56,7 @@ impl Samples {
         }
         if let Some(last) = self.last.replace(sample.sequence) {
             let step = sample.sequence.wrapping_sub(last);
-            // A step back is a device that has begun anew.
+            // A step back means that the device has restarted.
             if (1..0x8000).contains(&step) {
                 self.missing += u64::from(step - 1);
             }
@@ -100,8 +100,8 @@ impl Samples {
             match self.missing {
                 0 => String::new(),
                 missing => format!(
-                    ". {missing} numbers are missing between them: lost on the line, refused as bad, or not \
-                     read in time by this computer"
+                    ". {missing} sequence numbers are missing between them: lost on the line, refused as \
+                     bad, or not read in time by this computer"
                 ),
             }
         ));
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_that_are_missing_are_counted_over_a_wrap_and_a_new_beginning() {
+    fn missing_numbers_are_counted_over_a_wrap_and_a_restart() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("samples.csv");
         let mut table = Samples::make(&path).unwrap();

@@ -66,8 +66,7 @@ pub(super) fn with_sections(
     Ok(whole)
 }
 
-/// The first line of a value with those that follow it, up to the value's end. If the value has no
-/// end, the first line alone.
+/// All lines of a value, from `first` to the value's end. Only `first` if the value has no end.
 fn whole_value(first: &str, lines: &mut std::str::Lines<'_>) -> String {
     let mut value = first.to_owned();
     let mut rest = lines.clone();
@@ -94,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_over_several_lines_goes_as_a_whole() {
+    fn a_value_over_several_lines_is_removed_as_a_whole() {
         let old = "[frames.world_from_device]\nposition_m = [\n  # from the phantom\n  9.0,\n  9.0, 9.0\n]\n\
                    rotation_xyzw = [0.0, 0.0, 0.0, 1.0]\n\n[pedal]\ndriver = \"rig\"\npath = \"/dev/ttyACM1\"\n";
         let new = "position_m = [1.0, 0.0, 0.0]\nrotation_xyzw = [0.0, 0.0, 0.0, 1.0]\n";

@@ -29,9 +29,9 @@ use crate::say;
 use crate::stop;
 
 /// Interval between two outputs at a terminal.
-const SHOWN_EVERY: Duration = Duration::from_millis(100);
+const TERMINAL_EVERY: Duration = Duration::from_millis(100);
 /// Interval between two outputs to a file or pipe, or as JSON.
-const TOLD_EVERY: Duration = Duration::from_secs(1);
+const PIPE_EVERY: Duration = Duration::from_secs(1);
 /// Pause between two polls.
 const POLL_EVERY: Duration = Duration::from_micros(200);
 /// Least interval between two commands to a haptic device, ns: a little shorter than a tick.
@@ -56,7 +56,7 @@ pub(super) fn run(args: &WatchArgs) -> Result<ExitCode, Problem> {
         None => None,
     };
     let live = !args.json && say::is_terminal();
-    let every = if live { SHOWN_EVERY } else { TOLD_EVERY };
+    let every = if live { TERMINAL_EVERY } else { PIPE_EVERY };
     let start = Instant::now();
     let mut shown = start;
     let mut lines = 0;
@@ -87,8 +87,8 @@ pub(super) fn run(args: &WatchArgs) -> Result<ExitCode, Problem> {
         if watched.iter().all(|device| device.is_lost) {
             return Err("every device is gone".into());
         }
-        // The pause is short: a table takes every sample, a device may send 4000 a second, and
-        // longer pauses would hide how samples arrive.
+        // The pause is short, because the table takes each of up to 4000 samples a second, and
+        // because the arrivals are judged.
         sleep(POLL_EVERY);
     }
     if let Some(table) = table {
@@ -128,7 +128,7 @@ enum Port {
 struct Watched {
     port: Port,
     /// The last sample as JSON.
-    said: Value,
+    json: Value,
     /// The last sample in words.
     words: String,
     /// Number of frames when the device was last shown.
@@ -150,7 +150,7 @@ impl Watched {
     fn new(port: Port) -> Self {
         Self {
             port,
-            said: Value::Null,
+            json: Value::Null,
             words: "nothing yet".to_owned(),
             frames: 0,
             readings: Vec::new(),
@@ -173,7 +173,7 @@ impl Watched {
         Ok(Self::new(match driver {
             LineDriver::Rig => match open_haptic(path, driver) {
                 Ok(haptic) => Port::Haptic(haptic),
-                // Another device answered: a rig may also be a pedal.
+                // A device with the rig protocol may also be a pedal.
                 Err(HardwareError::WrongDevice { .. }) => {
                     Port::Pedal(Box::new(RigPedal::open(path)?))
                 }
@@ -231,13 +231,13 @@ impl Watched {
                     let pose = &sample.device_from_handle;
                     self.words =
                         format!("{}  buttons {:08b}", pose_in_words(pose), sample.buttons.0);
-                    self.said = json!({ "pose": pose_as_json(pose), "buttons": sample.buttons.0 });
+                    self.json = json!({ "pose": pose_as_json(pose), "buttons": sample.buttons.0 });
                     if let Some(opening) = sample.opening {
                         self.words += &format!("  {:3.0} % open", opening * 100.0);
-                        self.said["opening"] = opening.into();
+                        self.json["opening"] = opening.into();
                     }
                     if let Some(newest) = newest {
-                        add_reading(&mut self.said, &newest);
+                        add_reading(&mut self.json, &newest);
                     }
                     self.at_ns = sample.at_ns;
                 }
@@ -246,7 +246,7 @@ impl Watched {
                 let polled = tracker.poll(now);
                 if let Some(sample) = self.take(polled) {
                     self.words = pose_in_words(&sample.tracker_from_sensor);
-                    self.said = json!({ "pose": pose_as_json(&sample.tracker_from_sensor) });
+                    self.json = json!({ "pose": pose_as_json(&sample.tracker_from_sensor) });
                     self.at_ns = sample.at_ns;
                 }
             }
@@ -260,7 +260,7 @@ impl Watched {
                         word(sample.coagulate, "COAGULATE"),
                         word(sample.camera_lock, "CAMERA-LOCK")
                     );
-                    self.said = json!({
+                    self.json = json!({
                         "cut": sample.cut,
                         "coagulate": sample.coagulate,
                         "camera_lock": sample.camera_lock,
@@ -358,7 +358,7 @@ impl Watched {
             "frames": counters.frames,
             "bad_frames": counters.bad_frames,
             "lost_frames": counters.lost_frames,
-            "sample": self.said,
+            "sample": self.json,
             "faults": self.faults(),
             "arrivals": self.pattern().map(|(pattern, words)| {
                 json!({ "pattern": pattern.name(), "remedy": words })
@@ -367,13 +367,13 @@ impl Watched {
     }
 }
 
-/// Adds what the device itself said about its sample.
-fn add_reading(said: &mut Value, reading: &Reading) {
+/// Adds the values that only some devices report: velocity, clock, status.
+fn add_reading(json: &mut Value, reading: &Reading) {
     if let Some(velocity_m_s) = reading.reported_m_s {
-        said["velocity_m_s"] = json!(<[f32; 3]>::from(velocity_m_s));
+        json["velocity_m_s"] = json!(<[f32; 3]>::from(velocity_m_s));
     }
     if let Some(us) = reading.device_time_us {
-        said["device_time_us"] = us.into();
+        json["device_time_us"] = us.into();
     }
     if let Some(status) = reading.status {
         let bits = [
@@ -383,7 +383,7 @@ fn add_reading(said: &mut Value, reading: &Reading) {
             ("fault", Status::FAULT),
         ];
         let set = bits.iter().filter(|(_, bit)| Status(status).contains(*bit));
-        said["status"] = set.map(|(name, _)| *name).collect();
+        json["status"] = set.map(|(name, _)| *name).collect();
     }
 }
 

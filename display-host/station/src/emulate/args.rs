@@ -14,7 +14,7 @@ pub(crate) enum HandName {
     Script,
     /// Hand that rests until a person steers it
     Parked,
-    /// Nobody: the handle is free, as `calot devices characterise` wants it
+    /// Nobody: the handle is free, as `calot devices characterise` requires
     None,
     /// Two fingers that tap the middle of the workspace and press it, again and again
     Press,
@@ -79,11 +79,11 @@ pub(crate) struct EmulateArgs {
     pub(crate) station: Option<String>,
     #[command(flatten)]
     pub(crate) gamepad: GamepadArgs,
-    /// Give the haptic device's firmware a mistake, to see what the tests of devices say
+    /// Give the haptic device's firmware a mistake, to see how `calot devices` reports it
     #[arg(long, value_name = "NAME", value_parser = parse_mistake)]
     pub(crate) mistake: Option<Mistake>,
-    /// Core of the controller's tick, which the emulated devices leave alone [default: the last
-    /// one, as of `calot rt`]
+    /// Core of the controller's tick. The emulated devices run on other cores [default: the last
+    /// core, as of `calot rt`]
     #[arg(long, value_name = "N")]
     pub(crate) tick_core: Option<usize>,
     /// End when the parent process of this id ends

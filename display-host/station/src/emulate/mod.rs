@@ -19,7 +19,7 @@ use crate::stop;
 /// share a core.
 const EMULATOR_PRIORITY: u8 = 70;
 
-/// Emulates the devices until told to end.
+/// Emulates the devices until a signal ends the command.
 pub(crate) fn run(args: &EmulateArgs) -> Result<ExitCode, Problem> {
     let stop = stop::flag()?;
     if let Some(parent) = args.with_parent {

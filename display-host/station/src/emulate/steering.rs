@@ -1,6 +1,6 @@
-//! Wishes of the person or scripted surgeon that steers the emulated hand: from a display's mouse
-//! and keyboard, the surgeon's messages or a gamepad. A wish is the motion asked for so far, with
-//! the pressed buttons and switches. The first wish ends the script.
+//! Steering of the emulated hand by a display's mouse and keyboard, a scripted surgeon's messages
+//! or a gamepad. A [`Wish`] holds the sum of the requested motion since the start, and the pressed
+//! buttons and switches. The first wish ends the script.
 
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
@@ -27,14 +27,14 @@ const LOOK_EVERY: Duration = Duration::from_secs(2);
 pub(super) struct Steering {
     display: Option<HandReceiver>,
     message: Option<HandMsg>,
-    /// Sum of the motion by displays before the present one.
+    /// Sum of the motion by earlier displays.
     earlier: Wish,
     gamepad: Option<Gamepad>,
     /// Receives each gamepad that [`look_for_gamepads`] finds.
     found: Option<Receiver<Gamepad>>,
     polled: Instant,
-    /// Sum of the motion by gamepads before the present one.
-    before: Wish,
+    /// Sum of the motion by earlier gamepads.
+    earlier_gamepads: Wish,
     /// Sum of the motion by all gamepads.
     latest: Wish,
 }
@@ -53,12 +53,12 @@ impl Steering {
             gamepad,
             found: (args.gamepad.gamepad == GamepadName::Auto).then(look_for_gamepads),
             polled: Instant::now(),
-            before: Wish::default(),
+            earlier_gamepads: Wish::default(),
             latest: Wish::default(),
         })
     }
 
-    /// Sum of all motion that was asked for so far. `None` if nobody steers now.
+    /// Sum of all requested motion since the start. Returns `None` if nobody steers now.
     pub(super) fn wish(&mut self) -> Option<Wish> {
         let seconds = self.polled.elapsed().as_secs_f64().min(0.1);
         self.polled = Instant::now();
@@ -83,7 +83,9 @@ impl Steering {
         match (display, gamepad) {
             (None, None) | (Some((_, false)), None) => None,
             (None, gamepad) => gamepad,
-            (Some((said, true)), gamepad) => Some(both(&said, &gamepad.unwrap_or(self.before))),
+            (Some((said, true)), gamepad) => {
+                Some(both(&said, &gamepad.unwrap_or(self.earlier_gamepads)))
+            }
             (Some((said, false)), Some(gamepad)) => Some(both(&let_go(&said), &gamepad)),
         }
     }
@@ -94,22 +96,22 @@ impl Steering {
         }
         match self.gamepad.as_mut()?.wish(seconds) {
             Ok(wish) => {
-                let wish = both(&self.before, &wish?);
+                let wish = both(&self.earlier_gamepads, &wish?);
                 self.latest = wish;
                 Some(wish)
             }
             Err(error) => {
                 say::note(format_args!("calot: {error}"));
                 self.gamepad = None;
-                self.before = let_go(&self.latest);
+                self.earlier_gamepads = let_go(&self.latest);
                 None
             }
         }
     }
 }
 
-/// Looks for a gamepad in a thread of its own, because opening every input device takes a while.
-/// After it finds one, it looks no further until [`Steering`] has taken that gamepad.
+/// Looks for a gamepad in a thread of its own, because it takes long to open every input device.
+/// The thread looks for the next gamepad only after [`Steering`] has taken the last one.
 fn look_for_gamepads() -> Receiver<Gamepad> {
     let (sender, found): (SyncSender<Gamepad>, _) = sync_channel(0);
     std::thread::spawn(move || {
@@ -130,7 +132,7 @@ fn look_for_gamepads() -> Receiver<Gamepad> {
     found
 }
 
-/// This wish with all buttons and pedal switches released. The motion stays.
+/// The wish with the same motion, and with all buttons and pedal switches released.
 fn let_go(wish: &Wish) -> Wish {
     Wish {
         buttons: Buttons(0),
@@ -139,7 +141,7 @@ fn let_go(wish: &Wish) -> Wish {
     }
 }
 
-/// Adds the motion of both. A button or switch that either presses is pressed.
+/// Sum of the motion of both. A button or switch is pressed if it is pressed in one of them.
 fn both(one: &Wish, other: &Wish) -> Wish {
     let [a, b] = [one, other];
     Wish {
@@ -194,10 +196,10 @@ mod tests {
     }
 
     #[test]
-    fn the_next_display_goes_on_where_the_last_one_was() {
+    fn the_motion_of_a_display_is_added_to_that_of_earlier_displays() {
         let name = format!("lead-{}", std::process::id());
         let mut steering = Steering::new(&args(&name)).unwrap();
-        assert_eq!(steering.wish(), None, "nobody leads");
+        assert_eq!(steering.wish(), None, "nobody steers");
         let station = Station::new(&name).unwrap();
         let sender = shared_mem::service::HandSender::open(&station).unwrap();
         assert!(sender.send(message(1, 0.02)));

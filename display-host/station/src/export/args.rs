@@ -49,7 +49,7 @@ pub(crate) struct ExportArgs {
     #[arg(long, value_name = "HZ", default_value_t = 2.0, value_parser = parse_hz, requires = "surfaces")]
     pub(crate) surfaces_hz: f64,
     /// Add a picture of each alarm, and of the critical view of safety, to the file of surfaces:
-    /// the view that the run kept, else drawn as `calot report --pictures` draws it
+    /// the picture that the run kept, or one that is drawn as by `calot report --pictures`
     #[arg(long, requires = "surfaces")]
     pub(crate) pictures: bool,
     /// Run the session on this compiled scene (.calot) instead of its own; both must be equal

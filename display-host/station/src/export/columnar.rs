@@ -1,5 +1,5 @@
-//! A table as Parquet, without compression. Every column may lack values, and keeps the bits of
-//! those it has.
+//! A table as Parquet, without compression. A column may lack values in some rows; the other values
+//! keep all their bits.
 
 use std::fs::File;
 use std::io;

@@ -36,7 +36,7 @@ impl Sheet for Csv {
             if i > 0 {
                 line.push(',');
             }
-            // Writing to a text cannot fail.
+            // Writing to a string cannot fail.
             let _ = match cell {
                 Cell::Whole(it) => write!(line, "{it}"),
                 Cell::Double(it) => write!(line, "{it}"),

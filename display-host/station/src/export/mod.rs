@@ -46,7 +46,8 @@ struct ExportOutcome {
     events: u64,
     /// Pictures in the file of surfaces.
     pictures: usize,
-    /// True if ticks were computed again, all came out equal, and none is known to be missing.
+    /// True if ticks were computed again, all are equal to the recorded ones, and none is known to
+    /// be missing.
     same: bool,
     first_difference: Option<Different>,
     #[serde(flatten)]
@@ -77,7 +78,7 @@ impl Target<'_> {
 const CSV: &str = "csv";
 const PARQUET: &str = "parquet";
 
-/// A table in every wanted format.
+/// A table in every requested format.
 struct Tables {
     sheets: Vec<(PathBuf, Box<dyn Sheet>)>,
 }

@@ -16,13 +16,14 @@ use crate::say;
 
 /// Interval between two searches for the scene.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
-/// Searches before the user is told: `calot run` names its scene a moment after frames come.
+/// Number of searches in vain before the user gets a message. `calot run` names its scene a moment
+/// after its first frames.
 const PATIENCE: u32 = 5;
 
 /// Organs of the watched station.
 pub(super) struct Anatomy {
     station: String,
-    /// Interval of the surfaces; `None` if they are not wanted.
+    /// Interval of rounds of surfaces; `None` if surfaces are not requested.
     every: Option<Duration>,
     known: Option<Known>,
     looked: Option<Instant>,
@@ -55,7 +56,7 @@ impl Anatomy {
         known.names.get(organ as usize).map(String::as_str)
     }
 
-    /// Finds the scene of this frame, unless it is known.
+    /// Finds the scene that this frame belongs to, unless it is known already.
     pub(super) fn meet(&mut self, tools: &ToolFrame) {
         let is_it = |known: &Known| known.scene_id == tools.scene_id;
         let is_early = |looked: Instant| looked.elapsed() < LOOK_EVERY;
@@ -97,8 +98,9 @@ impl Anatomy {
     }
 }
 
-/// Sends all organs in rounds. A round shows one moment, and spreads its organs over the interval:
-/// all at once would fill a client's socket, and the client would always miss the same organs.
+/// Sends the surfaces of all organs in rounds. A round shows one moment, and its organs are spread
+/// over the interval. All at once would fill a client's socket, and the client would always miss
+/// the same organs.
 struct Surfaces {
     organs: OrganSurfaces,
     state: Box<StateFrame>,
@@ -136,7 +138,9 @@ impl Surfaces {
         let until = (passed * self.organs.count() as f64).ceil() as usize;
         let until = until.clamp(self.next, self.organs.count());
         let due = (self.next..until).filter_map(|organ| self.organs.get(organ));
-        let messages = due.map(|organ| told(&organ, frame, self.unix_ns)).collect();
+        let messages = due
+            .map(|organ| polydata(&organ, frame, self.unix_ns))
+            .collect();
         self.next = until;
         messages
     }
@@ -154,7 +158,8 @@ impl Surfaces {
     }
 }
 
-fn told(organ: &OrganSurface<'_>, frame: Frame, unix_ns: u64) -> Message {
+/// Message `POLYDATA` with the surface of an organ.
+fn polydata(organ: &OrganSurface<'_>, frame: Frame, unix_ns: u64) -> Message {
     let turned = |point: [f32; 3]| frame.vector(Vector3::from(point)).into();
     let points: Vec<[f32; 3]> = organ.points_m().map(turned).collect();
     Message::polydata(organ.name, &points, &organ.triangles, unix_ns)

@@ -4,8 +4,8 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use rt_process::time_driver::monotonic_ns;
 
-/// A wall clock that is read once at the start and then advances with the monotonic clock. If
-/// somebody sets the wall clock meanwhile, the stamps do not jump; receivers refuse stamps that run
+/// A wall clock that is read once at the start and then advances with the monotonic clock. The
+/// stamps do not jump if somebody sets the wall clock later. Receivers refuse stamps that run
 /// backwards.
 #[derive(Debug, Clone)]
 pub(super) struct Stamps {
@@ -23,8 +23,8 @@ impl Stamps {
         }
     }
 
-    /// Stamp of a moment on the monotonic clock: Unix time, ns; never before the last stamp. A
-    /// moment in the future, which only a broken station claims, counts as now.
+    /// Stamp of a moment on the monotonic clock: Unix time, ns. It is never before the last stamp.
+    /// A moment in the future counts as now; only a faulty station sends one.
     pub(super) fn of(&mut self, at_ns: u64) -> u64 {
         let unix_ns = i128::from(at_ns.min(monotonic_ns())) + self.unix_from_monotonic_ns;
         self.last_ns = self.last_ns.max(u64::try_from(unix_ns).unwrap_or_default());

@@ -4,7 +4,7 @@
 mod anatomy;
 mod clock;
 mod frame;
-mod told;
+mod messages;
 mod watch;
 
 use std::process::ExitCode;
@@ -33,14 +33,14 @@ use watch::{Condition, Watch};
 const HELP: &str = "\
 Sent with each frame, in mm and in the frame of --frame, stamped with the time of the tick:
   TRANSFORM ToolToReference       the instrument: origin at the joint of its jaws, the shaft's
-                                  tip towards -z. Tissue holds it back, the hand's handle not
+                                  tip towards -z. Tissue holds it back, but not the handle
   TRANSFORM HandleToReference     the handle in the hand
   TRANSFORM EndoscopeToReference  the camera: it looks along -z, y is up in its picture
   TRANSFORM ForceToReference      moves by 1 mm per newton on the hand
   SENSOR    Force                 the force on the hand, N: x, y, z
   SENSOR    Jaw                   opening of the jaws, 0 shut to 1 open
-  TDATA     Calot                 Tool, Handle and Endoscope; only to who asks by STT_TDATA
-  QTDATA    Calot                 the same with quaternions; only to who asks by STT_QTDATA
+  TDATA     Calot                 Tool, Handle and Endoscope; only to clients that ask by STT_TDATA
+  QTDATA    Calot                 the same with quaternions; only to clients that ask by STT_QTDATA
 Sent with --surfaces HZ, stamped alike in each round:
   POLYDATA  liver, gallbladder …  the organ's surface as it is drawn, in mm
 Sent as they occur:
@@ -57,10 +57,10 @@ Each bracket is a row of the matrix. Both are rotations. The axes of instrument 
 themselves are not turned.
 
 Answered: GET_STATUS, GET_CAPABIL, GET_TRANS, GET_TDATA, GET_QTDATA, GET_SENSOR, GET_STRING,
-GET_POLYDATA, STT_TDATA, STP_TDATA, STT_QTDATA and STP_QTDATA. Others get a STATUS that says so. A
+GET_POLYDATA, STT_TDATA, STP_TDATA, STT_QTDATA and STP_QTDATA. Other messages get a STATUS that says so. A
 client that begins with a GET_ of data, within 0.2 s, gets answers only, until it has asked nothing
-for 5 s. Headers of version 1 and 2 are read, and each client is answered in its own. At most 8
-clients connect; a ninth is told so and closed.
+for 5 s. Headers of version 1 and 2 are read, and each client is answered in its own version. At
+most 8 clients connect; a ninth is told so and disconnected.
 
 In 3D Slicer, open the module OpenIGTLinkIF and add a connector of type Client to the address of
 --listen. The exit code is 1 if the station never ran while this program did.";
@@ -110,13 +110,13 @@ fn parse_surfaces(text: &str) -> Result<f64, String> {
 /// that left are noticed.
 const REPEAT: Duration = Duration::from_secs(2);
 
-/// Serves until told to end. Runs outside the realtime process and reads shared memory like a
-/// display.
+/// Serves until a signal or --seconds ends the command. Runs outside the realtime process and reads
+/// shared memory like a display.
 pub(crate) fn run(args: &IgtlinkArgs) -> Result<ExitCode, Problem> {
     let stop = stop::flag()?;
     let station = Station::new(&args.station)?;
     let host = Host::open(&station)?;
-    let server = Server::bind(args.listen, told::STATION, args.frame.name())
+    let server = Server::bind(args.listen, messages::STATION, args.frame.name())
         .map_err(|error| format!("{}: {error}; choose another with --listen", args.listen))?;
     let address = server.address()?;
     if args.json {
@@ -131,7 +131,7 @@ pub(crate) fn run(args: &IgtlinkArgs) -> Result<ExitCode, Problem> {
     }
     let mut sender = Sender::new(args, station, host, server);
     sender.serve(&stop);
-    sender.came_to(args.json)
+    sender.report(args.json)
 }
 
 /// Carries a station's frames and events to the server.
@@ -145,9 +145,13 @@ struct Sender<'a> {
     event_stamps: Stamps,
     watch: Watch,
     anatomy: Anatomy,
+    /// Instrument in the last message `Instrument`.
     instrument: Option<u32>,
+    /// Number of frames sent.
     frames: u64,
+    /// Number of connected clients.
     clients: usize,
+    /// Time of the last message about the condition.
     repeated: Instant,
 }
 
@@ -208,7 +212,7 @@ impl<'a> Sender<'a> {
         }
     }
 
-    /// Follows the station's condition, and tells clients and user when it changes.
+    /// Follows the station's condition. A change is announced to clients, and to the user.
     fn follow(&mut self, tools: Option<&ToolFrame>) {
         let now = Instant::now();
         let before = match tools {
@@ -248,7 +252,7 @@ impl<'a> Sender<'a> {
         let (stamps, anatomy) = (&mut self.event_stamps, &self.anatomy);
         self.host.drain_events(|event| {
             let organ = anatomy.name(event.organ);
-            events.push(told::event(event, organ, stamps.of(event.at_ns)));
+            events.push(messages::event(event, organ, stamps.of(event.at_ns)));
         });
         self.server.send(&events);
     }
@@ -257,15 +261,15 @@ impl<'a> Sender<'a> {
         let unix_ns = self.stamps.of(tools.at_ns);
         if self.instrument != Some(tools.instrument) {
             self.instrument = Some(tools.instrument);
-            self.server.announce(&told::instrument(tools, unix_ns));
+            self.server.announce(&messages::instrument(tools, unix_ns));
         }
         self.server
-            .send(&told::moment(tools, self.args.frame, unix_ns));
+            .send(&messages::moment(tools, self.args.frame, unix_ns));
         self.frames += 1;
     }
 
     /// Reports how much was sent. Fails if no frame was sent.
-    fn came_to(&self, json: bool) -> Result<ExitCode, Problem> {
+    fn report(&self, json: bool) -> Result<ExitCode, Problem> {
         let (frames, skipped) = (self.frames, self.server.skipped());
         let turned_away = self.server.turned_away();
         if json {

@@ -1,22 +1,23 @@
-//! Condition of the watched station, found from its frames and from the claim of its name.
+//! Condition of the watched station. It follows from the frames that come from the station, and
+//! from the claim on its name, which the processes of a running station hold.
 
 use std::time::{Duration, Instant};
 
 use hardware::igtlink::message::{Code, Message};
 
-use super::told::STATION;
+use super::messages::STATION;
 
-/// After this silence the controller counts as silent.
+/// The controller of a station that was seen counts as silent after this time without a frame.
 const SILENT: Duration = Duration::from_millis(500);
-/// After this time without a station, the station counts as missing.
+/// A station that has not been seen yet counts as missing after this time without a frame.
 const PATIENCE: Duration = Duration::from_secs(3);
 
 /// Condition of a station.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Condition {
-    /// No frame came so far.
+    /// No frame has come yet. The station may be loading its scene.
     Awaited,
-    /// No frame came for some seconds, and no station of this name runs.
+    /// No frame has come, and no station of this name runs.
     Missing,
     /// Frames come.
     Running,
@@ -29,7 +30,7 @@ pub(super) enum Condition {
 }
 
 impl Condition {
-    /// `STATUS` for clients.
+    /// Message `STATUS` for clients.
     pub(super) fn status(self, station: &str, unix_ns: u64) -> Message {
         let (code, short, words) = match self {
             Self::Awaited => (Code::NotReady, "awaited", "is awaited"),
@@ -70,6 +71,7 @@ impl Condition {
 #[derive(Debug)]
 pub(super) struct Watch {
     condition: Condition,
+    /// Time of the last frame, or of the start before the first one.
     heard: Instant,
 }
 
@@ -85,7 +87,7 @@ impl Watch {
         self.condition
     }
 
-    /// A frame came, from a simulation that is paused or not. Returns the condition before.
+    /// Records that a frame came. Returns the condition before.
     pub(super) fn heard(&mut self, now: Instant, is_paused: bool) -> Condition {
         self.heard = now;
         let next = if is_paused {
@@ -96,7 +98,8 @@ impl Watch {
         std::mem::replace(&mut self.condition, next)
     }
 
-    /// No frame came. Calls `is_claimed` only after a silence. Returns the condition before.
+    /// Records that no frame came. `is_claimed` returns true if a process holds the station's name.
+    /// It is called only after a silence. Returns the condition before.
     pub(super) fn silence(&mut self, now: Instant, is_claimed: impl FnOnce() -> bool) -> Condition {
         let before = self.condition;
         let silence = now.saturating_duration_since(self.heard);
@@ -119,7 +122,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_station_that_never_was_is_missing_after_seconds() {
+    fn a_station_that_never_ran_is_missing_after_seconds() {
         let start = Instant::now();
         let mut watch = Watch::new(start);
         watch.silence(start + Duration::from_secs(2), || false);
@@ -137,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn silence_pause_end_and_return_are_told_apart() {
+    fn silence_pause_end_and_return_are_distinguished() {
         let start = Instant::now();
         let at = |ms| start + Duration::from_millis(ms);
         let mut watch = Watch::new(start);
@@ -152,7 +155,11 @@ mod tests {
         assert_eq!(watch.condition(), Condition::Ended);
         watch.silence(at(1200), || true);
         let ended = watch.condition();
-        assert_eq!(ended, Condition::Ended, "until a frame comes");
+        assert_eq!(
+            ended,
+            Condition::Ended,
+            "it stays ended until a frame comes"
+        );
         assert!(
             ended
                 .note("main", Condition::Silent)

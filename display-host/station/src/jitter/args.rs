@@ -34,7 +34,7 @@ pub(crate) struct JitterArgs {
     /// Time to measure each program, s; a day at most
     #[arg(long, value_name = "N", default_value = "60", value_parser = parse_seconds)]
     pub(crate) seconds: f64,
-    /// Load to run meanwhile, e.g. cpu,io or all
+    /// Load to run during the measurement, e.g. cpu,io or all
     #[arg(long, value_name = "LOAD", value_delimiter = ',')]
     pub(crate) load: Vec<Load>,
     /// Take turns with these programs and report ratios, e.g. cyclictest,burn
@@ -44,11 +44,11 @@ pub(crate) struct JitterArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub(crate) rounds: Option<u32>,
     /// Find out what ran instead of late ticks: interrupt, softirq, thread, or the host. Needs root
-    /// and tracefs; without them it sees threads alone (perf_event_open), or guesses from counters,
+    /// and tracefs. Without them it sees threads only (perf_event_open), or guesses from counters,
     /// and says so
     #[arg(long)]
     pub(crate) why: bool,
-    /// Let a scripted surgeon work meanwhile, through the task of --task, so that real work is
+    /// Let a scripted surgeon work through --task during the measurement, so that real work is
     /// measured instead of a resting scene
     #[arg(long, value_name = "WHO", value_enum, conflicts_with_all = ["merge", "ratio_of"])]
     pub(crate) hand: Option<Surgeon>,

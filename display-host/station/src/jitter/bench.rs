@@ -22,7 +22,7 @@ pub(crate) struct Bench<'a> {
     pub(crate) others: Vec<usize>,
     /// True if a display draws.
     pub(crate) draws: bool,
-    /// The scripted surgeon that works meanwhile, and the task.
+    /// The scripted surgeon that works during the measurement, and the task.
     pub(crate) hand: Option<(Surgeon, Task)>,
     /// True if the causes of late ticks are searched.
     pub(crate) why: bool,

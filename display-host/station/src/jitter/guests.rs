@@ -11,7 +11,8 @@ use jitter::{Baseline, Report, kernel, timerlat};
 use super::args::JitterArgs;
 use crate::problem::Problem;
 
-/// Adds `rtla timerlat` to a comparison, or notes why it cannot. Also notes the scripted surgeon.
+/// Adds `rtla timerlat` to a comparison if this machine has it. Notes what is missing, and the
+/// scripted surgeon.
 pub(super) fn with_timerlat(args: &JitterArgs, notes: &mut Vec<String>) -> JitterArgs {
     let mut args = args.clone();
     if !args.compare.is_empty() && !args.compare.contains(&Baseline::Timerlat) {

@@ -47,9 +47,9 @@ impl Line {
         });
     }
 
-    /// Remark for the report.
-    pub(super) fn told(&self) -> String {
-        self.samples.told()
+    /// Remark about the arrivals, for the report.
+    pub(super) fn remark(&self) -> String {
+        self.samples.remark()
     }
 }
 
@@ -73,7 +73,7 @@ impl Samples {
         self.arrivals.take(u64::from(came), record.device_at_ns);
     }
 
-    fn told(&self) -> String {
+    fn remark(&self) -> String {
         let path = self.path.display();
         match self.arrivals.found() {
             Some(pattern) => format!("{path}: {}", pattern.in_words(&self.path)),
@@ -104,7 +104,7 @@ mod tests {
 
     /// Remark on samples that are taken and read every ms. A sample taken at t arrives at
     /// `comes(t)`, both in ns.
-    fn told(comes: impl Fn(u64) -> u64) -> String {
+    fn remark(comes: impl Fn(u64) -> u64) -> String {
         let mut samples = Samples::of("/dev/ttyUSB3".into());
         let mut record = InputRecord::zeroed();
         let mut next = 0u64;
@@ -124,20 +124,20 @@ mod tests {
             }
             samples.take(&record);
         }
-        samples.told()
+        samples.remark()
     }
 
     #[test]
     fn the_setting_that_ends_a_pattern_is_named_with_its_line() {
-        let timer = told(|at_ns| at_ns.div_ceil(16_000_000) * 16_000_000);
+        let timer = remark(|at_ns| at_ns.div_ceil(16_000_000) * 16_000_000);
         assert!(
             timer.contains("/dev/ttyUSB3: samples wait up to 16 ms"),
             "{timer}"
         );
         assert!(timer.contains("ttyUSB3/latency_timer"), "{timer}");
-        let batches = told(|at_ns| at_ns.div_ceil(5_000_000) * 5_000_000);
+        let batches = remark(|at_ns| at_ns.div_ceil(5_000_000) * 5_000_000);
         assert!(batches.contains("batches of 5.0"), "{batches}");
-        let plain = told(|at_ns| at_ns);
+        let plain = remark(|at_ns| at_ns);
         assert!(plain.contains("show no adapter's timer"), "{plain}");
     }
 

@@ -1,5 +1,5 @@
-//! `calot jitter`: measures latency, duration and misses of ticks on the real station. Other
-//! programs take turns with it, so that all measure in the same minutes.
+//! `calot jitter`: measures latency, duration and missed periods of ticks on the real station.
+//! Other programs can take turns with the station, so that all are measured in the same minutes.
 //!
 //! ```text
 //! jitter ─┬─ station (calot emulate, calot rt) ─► timing records ─► tally ─► report
@@ -7,7 +7,8 @@
 //!         └─ baselines (cyclictest, calot bare-loop, …), a turn each ───────────► report
 //! ```
 //!
-//! The report is rewritten every few seconds, each file by a rename, so that a kill loses little.
+//! The report is written every few seconds, so that a kill loses little. Each new file replaces the
+//! old one by a rename.
 
 pub(crate) mod args;
 mod bench;
@@ -51,17 +52,17 @@ use crate::say;
 use crate::scene;
 use crate::stop;
 
-/// Time within which ticks that follow the device have moved to its samples, s. It is twice what
-/// they need.
+/// Time at the start of a turn in which motion to force does not count with `--follow-device`, s:
+/// the ticks still move to the device's samples. It is twice the time that they need.
 const SETTLE_S: f64 = 3.0;
 /// Longest turn, s. With short turns, all programs run in the same minutes.
 const TURN_MAX_S: f64 = 30.0;
-/// Fewest turns: a median needs three, and so does a confidence interval.
+/// Fewest turns in a comparison: a median and a confidence interval need three.
 const ROUNDS_MIN: u32 = 3;
-/// Scene without the tissue that a task works on.
-const NO_TASK: &str = "built-in";
-const NO_WORK: &str = "--hand: the scene 'built-in' has no duct, artery or tissue to dissect; choose \
-                       one that has, e.g. --scene triangle";
+/// Scene without tissue on which a scripted surgeon can work.
+const SCENE_WITHOUT_TASK: &str = "built-in";
+const NO_TISSUE_FOR_HAND: &str = "--hand: the scene 'built-in' has no duct, artery or tissue to dissect; choose \
+                       another, e.g. --scene triangle";
 
 /// Measures, adds up or compares runs.
 pub(crate) fn run(args: &JitterArgs) -> Result<ExitCode, Problem> {
@@ -75,7 +76,7 @@ pub(crate) fn run(args: &JitterArgs) -> Result<ExitCode, Problem> {
     }
     let named = args.out.as_deref();
     let out = output::folder(named, "jitter", Format::of_result, args.overwrite)?;
-    let (report, whole) = if args.merge.is_empty() {
+    let (report, is_whole) = if args.merge.is_empty() {
         measure(args, &out)?
     } else {
         (added_up(&args.merge)?, true)
@@ -89,7 +90,7 @@ pub(crate) fn run(args: &JitterArgs) -> Result<ExitCode, Problem> {
     say::note(format_args!(
         "wrote {out}/jitter.json, .csv, .html, .trace.json and histograms"
     ));
-    Ok(if whole {
+    Ok(if is_whole {
         ExitCode::SUCCESS
     } else {
         ExitCode::FAILURE
@@ -116,11 +117,11 @@ fn added_up(paths: &[PathBuf]) -> Result<Report, Problem> {
     Ok(sum)
 }
 
-/// Measures a run. The flag is false if a process of the station died.
+/// Measures a run. Returns the report, and false if a process of the station died.
 fn measure(args: &JitterArgs, out: &Path) -> Result<(Report, bool), Problem> {
     let stop = stop::flag()?;
-    if args.hand.is_some() && args.scene.scene == NO_TASK {
-        return Err(NO_WORK.into());
+    if args.hand.is_some() && args.scene.scene == SCENE_WITHOUT_TASK {
+        return Err(NO_TISSUE_FOR_HAND.into());
     }
     for &baseline in &args.compare {
         baselines::check(baseline)?;
@@ -141,17 +142,18 @@ fn measure(args: &JitterArgs, out: &Path) -> Result<(Report, bool), Problem> {
     }
     report.about.notes.extend(displays.problem);
     if let Err(problem) = outcome {
-        // Keep what was measured so far, marked as incomplete.
+        // Write the measurements so far, marked as incomplete.
         save(&report, out)?;
         return Err(problem);
     }
     let died = outcome?;
     report.about.complete = died.is_none() && !stop.load(Ordering::Relaxed);
-    let whole = died.is_none();
+    let is_whole = died.is_none();
     report.about.notes.extend(died);
-    Ok((report, whole))
+    Ok((report, is_whole))
 }
 
+/// Report before the first turn: it has the scene, the machine and notes.
 fn begin(scene: &Path, loads: &[Load]) -> Result<Report, Problem> {
     let mut notes = Vec::new();
     if !kernel::Counters::read(0, None).knows_smis() {
@@ -237,7 +239,7 @@ fn rounds(
     };
     if settle_s > 0.0 {
         report.about.notes.push(format!(
-            "motion to force counts from second {settle_s:.1} of each turn on: before, the ticks still move \
+            "motion to force counts from second {settle_s:.1} of each turn on: before this, the ticks still move \
              to the device's samples"
         ));
     }
@@ -274,7 +276,8 @@ fn rounds(
                 work: &work,
             };
             match baseline_turn(baseline, terms, turn_s, round, stop, report) {
-                // `with_timerlat` may have added this program, so the others go on without it.
+                // `with_timerlat` may have added timerlat without a request by the user. If it
+                // fails, the other programs are still measured.
                 Err(problem) if baseline == Baseline::Timerlat => {
                     let note = problem.to_string();
                     if !report.about.notes.contains(&note) {
@@ -291,7 +294,7 @@ fn rounds(
     Ok(None)
 }
 
-/// Turns that each program takes.
+/// Number of turns of each program.
 fn round_count(args: &JitterArgs) -> u32 {
     match (args.rounds, args.compare.is_empty()) {
         (Some(rounds), _) => rounds,
@@ -300,14 +303,14 @@ fn round_count(args: &JitterArgs) -> u32 {
     }
 }
 
-/// Command line with the last part of each absolute path: folders of this machine mean nothing to a
-/// reader elsewhere.
+/// Command line of this process. Of each absolute path it has only the last part, because folders
+/// of this machine mean nothing to readers elsewhere.
 pub(crate) fn command() -> String {
     let words: Vec<String> = std::env::args().skip(1).map(shortened).collect();
     format!("calot {}", words.join(" "))
 }
 
-/// Last part of an absolute path. Other words and paths below /dev stay whole.
+/// Last part of an absolute path. Paths below /dev and other words stay whole.
 fn shortened(word: String) -> String {
     let path = Path::new(&word);
     match path.file_name() {
@@ -323,15 +326,15 @@ mod tests {
     use super::shortened;
 
     #[test]
-    fn a_machines_folders_are_not_told() {
-        for (typed, told) in [
+    fn folders_of_the_machine_are_left_out() {
+        for (typed, shown) in [
             ("/home/me/runs/idle", "idle"),
             ("/dev/ttyS0", "/dev/ttyS0"),
             ("target/jitter/idle", "target/jitter/idle"),
             ("--seconds", "--seconds"),
             ("/", "/"),
         ] {
-            assert_eq!(shortened(typed.to_owned()), told);
+            assert_eq!(shortened(typed.to_owned()), shown);
         }
     }
 }

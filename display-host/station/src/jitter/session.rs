@@ -33,7 +33,7 @@ const LOOK: Duration = Duration::from_millis(1);
 const PROGRESS: Duration = Duration::from_secs(2);
 /// Interval at which results are written.
 const SAVE: Duration = Duration::from_secs(5);
-/// Longest silence of the controller.
+/// The turn fails after this time without timing records.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A finished turn of the station.
@@ -73,18 +73,18 @@ impl Bench<'_> {
         let mut ran = self.scene.to_owned();
         let died = std::thread::scope(|scope| {
             let mut drawing = None;
-            let (tell, told) = mpsc::channel();
+            let (attached, watcher_attached) = mpsc::channel();
             let (frames_in, frames) = mpsc::channel();
             let watcher = {
                 let (flags, tally, report) = (&flags, &mut *tally, &mut *report);
                 scope.spawn(move || {
-                    self.watch(seconds, tally, report, flags, &tell, &frames)
+                    self.watch(seconds, tally, report, flags, &attached, &frames)
                         .map_err(|problem| problem.to_string())
                 })
             };
             // Wait until the watcher is attached, so that it sees the first tick. If it fails, its
             // error is returned at the end.
-            let _ = told.recv();
+            let _ = watcher_attached.recv();
             let started = processes::start(
                 self.station,
                 match self.hand {
@@ -197,14 +197,15 @@ impl Bench<'_> {
         }
     }
 
-    /// Reads what the station publishes, until the controller has ended.
+    /// Reads timing, states and events of the station until the controller has ended. `attached`
+    /// reports that all services are open.
     fn watch(
         &self,
         seconds: f64,
         tally: &mut Tally,
         report: &mut Report,
         flags: &Flags,
-        tell: &Sender<()>,
+        attached: &Sender<()>,
         frames: &Receiver<FrameRecord>,
     ) -> Result<(), Problem> {
         if !self.others.is_empty() {
@@ -218,15 +219,15 @@ impl Bench<'_> {
             let is_virtual = report.about.machine.virtual_machine;
             Watch::begin(self.core, is_virtual, flags.process.clone())
         });
-        let _ = tell.send(());
+        let _ = attached.send(());
         let before_s = report.about.seconds;
         let mut state: Box<StateFrame> = bytemuck::allocation::zeroed_box();
-        let (mut said, mut saved) = (Instant::now(), Instant::now());
+        let (mut reported, mut saved) = (Instant::now(), Instant::now());
         let mut first: Option<Instant> = None;
         let opened = Instant::now();
         let mut heard = opened;
         loop {
-            // Load the flag before reading, so that the last records are read, too.
+            // Load the flag before the records are read, so that the last records are read, too.
             let over = flags.over.load(Ordering::Relaxed);
             if host.newest_state(&mut state) {
                 let age_ns = monotonic_ns().saturating_sub(state.at_ns);
@@ -269,12 +270,12 @@ impl Bench<'_> {
                 flags.done.store(true, Ordering::Relaxed);
             }
             if heard.elapsed() > PATIENCE {
-                return Err("the station fell silent for a minute".into());
+                return Err("the station published no timing for a minute".into());
             }
-            if said.elapsed() >= PROGRESS && !flags.done.load(Ordering::Relaxed) {
+            if reported.elapsed() >= PROGRESS && !flags.done.load(Ordering::Relaxed) {
                 tally.fill(report);
                 progress(report, self.total_s);
-                said = Instant::now();
+                reported = Instant::now();
             }
             if saved.elapsed() >= SAVE && first.is_some() {
                 tally.fill(report);
@@ -283,10 +284,10 @@ impl Bench<'_> {
                 saved = Instant::now();
             }
             if over {
-                if let Some(told) = line.as_ref().map(Line::told)
-                    && !report.about.notes.contains(&told)
+                if let Some(remark) = line.as_ref().map(Line::remark)
+                    && !report.about.notes.contains(&remark)
                 {
-                    report.about.notes.push(told);
+                    report.about.notes.push(remark);
                 }
                 if let Some(why) = why {
                     why.end(&mut tally.black_box, report);

@@ -1,4 +1,4 @@
-//! Remarks on a run while it is measured: realtime or not, memory, progress.
+//! Remarks about a run while it is measured: realtime, memory, progress.
 
 use jitter::tally::Tally;
 use jitter::{Report, kernel};
@@ -21,7 +21,7 @@ pub(super) fn note_memory(report: &mut Report) {
     }
 }
 
-/// Notes whether the run is realtime so far, and what is missing.
+/// Notes if the run is realtime so far, and otherwise what the tick lacks.
 pub(super) fn note_standing(tally: &Tally, report: &mut Report) {
     let Some(bits) = tally.realtime_bits else {
         return;

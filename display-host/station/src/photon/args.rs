@@ -10,7 +10,7 @@ use crate::output::Overwrite;
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
 A square at the left edge of the screen changes twice a second with the tick, and then with each
-2 cm that the handle moves. A light sensor on the square tells when that was seen. Calot names the
+2 cm that the handle moves. A light sensor on the square shows when a change is seen. Calot names the
 place, goes on by itself once the sensor sees the square, and measures three places in turn.
 
 What you need is one photodiode or phototransistor, and one of these inputs:
@@ -38,7 +38,8 @@ pub(crate) struct PhotonArgs {
     /// Time to measure each place, s: half by the tick, half by motion
     #[arg(long, value_name = "N", default_value = "60", value_parser = parse_seconds)]
     pub(crate) seconds: f64,
-    /// Longest time from a change to its light, ms. Changes follow each other 99 ms later than that
+    /// Longest time from a change to its light, ms. The next change comes 99 ms after
+    /// this time
     #[arg(long, value_name = "ms", default_value_t = 400,
         value_parser = clap::value_parser!(u64).range(100..=2000))]
     pub(crate) longest: u64,
@@ -79,7 +80,7 @@ pub(crate) struct SensorArgs {
     /// Sound from standard input (-) or a pipe: 16 bit, little-endian, one channel, no header
     #[arg(long, value_name = "-|PIPE", conflicts_with_all = ["board", "button"])]
     pub(crate) audio: Option<PathBuf>,
-    /// Samples of that sound per second
+    /// Sample rate of --audio, Hz
     #[arg(long, value_name = "Hz", default_value_t = 48_000, requires = "audio",
         value_parser = clap::value_parser!(u32).range(4000..=384_000))]
     pub(crate) rate: u32,

@@ -1,4 +1,4 @@
-//! Measures place after place while the window draws.
+//! Measures the delay of light at one place of the screen after the other, while the window draws.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -16,17 +16,17 @@ use crate::say;
 
 /// Interval between two looks at the services.
 const LOOK: Duration = Duration::from_millis(2);
-/// Number of changes whose light must be seen before a place is measured, among the [`LATEST`].
-const SEEN_FIRST: usize = 3;
-/// Time after a new place or cause of the square's changes in which nothing counts: pictures on
-/// their way still show the old setting.
-const SETTLE: Duration = Duration::from_millis(1000);
-/// Longest silence of the controller.
-const SILENCE: Duration = Duration::from_secs(20);
-/// Number of latest changes among which [`SEEN_FIRST`] must be seen.
+/// Number of latest changes of the square that decide if the sensor sees it.
 const LATEST: usize = 6;
+/// A place is measured once the sensor has seen this many of the [`LATEST`] changes.
+const SEEN_FIRST: usize = 3;
+/// Time without measurement after each change of place or cause. Pictures on their way to the
+/// screen still show the square as before.
+const SETTLE: Duration = Duration::from_millis(1000);
+/// The measurement fails after this time without inputs from the controller.
+const SILENCE: Duration = Duration::from_secs(20);
 
-/// A row of the report.
+/// Result for one place and one cause of changes: a row of the report.
 pub(super) struct Row {
     pub(super) place: Place,
     pub(super) by: By,
@@ -39,28 +39,34 @@ pub(super) struct Measure<'a> {
     pub(super) patch: &'a Patch,
     pub(super) eye: &'a mut Eye,
     pub(super) places: &'a [Place],
-    /// Time for each place.
+    /// Measuring time of each place: half by the tick, half by motion.
     pub(super) time: Duration,
     /// Longest time from a change to its light, ns.
     pub(super) longest_ns: u64,
-    /// Time to wait for the sensor at each place.
+    /// Longest wait at each place until the sensor sees the square.
     pub(super) patience: Duration,
     pub(super) stop: &'a AtomicBool,
 }
 
-/// Changes of the square since a setting began: asked for by ticks, handed to the screen, presented
-/// there, and seen by the sensor.
+/// Changes of the square since the last change of place or cause, at four stages of their way to
+/// the sensor.
 #[derive(Default)]
 struct Course {
+    /// Changes that the inputs of ticks asked for.
     asked: Vec<Change>,
+    /// Changes in pictures that the display handed to the driver.
     handed: Vec<Change>,
+    /// Changes in pictures that the window system presented.
     arrived: Vec<Arrived>,
+    /// Changes that the sensor saw.
     light: Vec<Change>,
-    last: Option<bool>,
+    /// True if the last inputs asked for a bright square.
+    was_bright: Option<bool>,
 }
 
 impl Measure<'_> {
-    /// Measures all places. The flag is false if the measurement was stopped before its end.
+    /// Measures all places. Returns the rows, and false if the measurement was stopped before its
+    /// end.
     pub(super) fn run(mut self) -> Result<(Vec<Row>, bool), Problem> {
         let tap = Tap::open(self.station)?;
         let mut rows = Vec::new();
@@ -95,7 +101,8 @@ impl Measure<'_> {
         Ok((rows, true))
     }
 
-    /// Waits until the sensor sees the square in its place. False: stopped before.
+    /// Waits until the sensor sees the square in its place. Returns false if the measurement was
+    /// stopped before.
     fn wait_for_sensor(&mut self, tap: &Tap, place: Place) -> Result<bool, Problem> {
         self.patch.set(place, By::Tick);
         say::note(format_args!(
@@ -119,26 +126,27 @@ impl Measure<'_> {
             return Ok(false);
         }
         Err(format!(
-            "the sensor did not see the square ({}): it reported {} changes of light while the square changed \
-             {} times in {:.0} s, on the screen {} times. Is it on the square, is the window in front, and \
-             does the sensor switch fully? Try `--place {}` alone",
+            "the sensor did not see the square ({}): it reported {} changes of light in {:.0} s. In this time \
+             the square had to change {} times, and pictures with {} of these changes were handed to the \
+             screen. Put the sensor on the square, bring the window to the front, and make sure that the \
+             sensor switches fully; or try `--place {}` alone",
             place.name(),
             course.light.len(),
-            course.asked.len(),
             patience.as_secs_f64(),
+            course.asked.len(),
             course.handed.len(),
             place.name(),
         )
         .into())
     }
 
-    /// Waits until a new setting has settled, and drops what came meanwhile.
+    /// Waits until the screen shows the new setting, and drops the changes seen until then.
     fn settle(&mut self, tap: &Tap, by: By) -> Result<(), Problem> {
         self.watch(tap, by, SETTLE, |_| false).map(drop)
     }
 
-    /// Watches for `time`, and then as long as the last light may take. Ends early once `is_enough`
-    /// is true.
+    /// Collects changes for `time`, and their light for `longest_ns` longer. Ends early once
+    /// `is_enough` is true.
     fn watch(
         &mut self,
         tap: &Tap,
@@ -148,9 +156,9 @@ impl Measure<'_> {
     ) -> Result<Course, Problem> {
         let mut course = Course::default();
         let begun = Instant::now();
-        let last_light = Duration::from_nanos(self.longest_ns);
+        let light_after = Duration::from_nanos(self.longest_ns);
         let mut heard = begun;
-        let mut looked = 0;
+        let mut seen_before = 0;
         loop {
             let is_over = begun.elapsed() >= time;
             tap.drain_inputs(|batch| {
@@ -177,14 +185,18 @@ impl Measure<'_> {
                 handed_ns: it.handed_ns,
             }));
             if heard.elapsed() > SILENCE {
-                return Err("the controller fell silent".into());
+                return Err(format!(
+                    "no inputs came from the controller for {} s: does it still run?",
+                    SILENCE.as_secs()
+                )
+                .into());
             }
             let seen = course.light.len();
-            if self.stop.load(Ordering::Relaxed) || (seen != looked && is_enough(&course)) {
+            if self.stop.load(Ordering::Relaxed) || (seen != seen_before && is_enough(&course)) {
                 return Ok(course);
             }
-            looked = seen;
-            if begun.elapsed() >= time + last_light {
+            seen_before = seen;
+            if begun.elapsed() >= time + light_after {
                 return Ok(course);
             }
             std::thread::sleep(LOOK);
@@ -203,14 +215,18 @@ impl Course {
         )
     }
 
-    /// Takes the inputs of a tick, and notes a change of the square by them.
+    /// Takes the inputs of a tick. Adds a change if they ask for the other brightness than before.
     fn take(&mut self, patch: &Patch, by: By, batch: &InputBatch, record: &InputRecord) {
         if by == By::Motion && record.bits & InputRecord::DEVICE_FRESH == 0 {
             return;
         }
         let handle_m = placed(&batch.setup.world_from_device, &record.device_from_handle);
         let bright = patch.is_bright(by, record.tick, handle_m);
-        if self.last.replace(bright).is_some_and(|was| was != bright) {
+        if self
+            .was_bright
+            .replace(bright)
+            .is_some_and(|was| was != bright)
+        {
             let at_ns = match by {
                 By::Tick => record.now_ns,
                 By::Motion => record.device_at_ns,
@@ -220,7 +236,8 @@ impl Course {
     }
 }
 
-/// Position of `inner` in the frame in which `outer` is given, m. `inner` is relative to `outer`.
+/// Position of `inner` in the outer frame, m. `inner` is relative to `outer`, and `outer` is given
+/// in the outer frame.
 fn placed(outer: &PoseMsg, inner: &PoseMsg) -> [f32; 3] {
     let [x, y, z, w] = outer.orientation;
     let turned = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
@@ -285,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn a_place_is_turned_and_moved_into_the_world() {
+    fn a_position_is_turned_and_moved_into_the_world() {
         let inner = PoseMsg {
             position_m: [0.02, 0.0, 0.03],
             ..PoseMsg::IDENTITY

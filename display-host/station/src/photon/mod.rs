@@ -42,15 +42,15 @@ use crate::say;
 use crate::scene;
 use crate::stop;
 
-/// Size of a full-screen window before it covers the screen, pixels.
+/// Size of the window until it covers the whole screen, pixels.
 const SIZE: [u32; 2] = [1280, 720];
-/// Time between changes beyond the longest time to light, ms. Added to the default of 400 ms it is
-/// odd, so that changes fall into all phases of the screen's frames.
+/// The time between two changes is the longest time to light and this, ms. The default sum, 499 ms,
+/// is odd, so that changes fall into all phases of the screen's frames.
 const APART_MS: u64 = 99;
-/// If the sensor's edges are uncertain by ± this or more, a note says so, ms.
+/// If the times of the sensor's edges are uncertain by this or more (±), a note says so, ms.
 const COARSE_MS: f64 = 1.0;
 
-/// Result of the measuring thread: rows, and true if the measurement was not stopped.
+/// Result of the measuring thread: rows, and true if the measurement reached its end.
 type Measured = Result<(Vec<Row>, bool), String>;
 
 pub(crate) fn run(args: &PhotonArgs) -> Result<ExitCode, Problem> {
@@ -103,8 +103,7 @@ pub(crate) fn run(args: &PhotonArgs) -> Result<ExitCode, Problem> {
     })
 }
 
-/// Shows the window, and measures meanwhile. Ends the window when the measurement ends, and the
-/// measurement when the window ends.
+/// Shows the window while a thread measures. When one of them ends, the other ends too.
 fn show_and_measure(
     args: &PhotonArgs,
     scene: &Path,
@@ -172,6 +171,7 @@ fn show_and_measure(
     })
 }
 
+/// Report on the rows. `complete` is still false.
 fn report(
     args: &PhotonArgs,
     scene: String,
@@ -225,7 +225,7 @@ fn report(
     }
 }
 
-/// Remarks that a reader of the figures needs.
+/// Remarks that a reader of the figures needs: what they leave out or cannot tell.
 fn notes(
     places: &[Figures],
     (kind, within_ms, delay_ms): (&str, Option<f64>, f64),
@@ -264,7 +264,7 @@ fn notes(
     }
     if let Some(ms) = within_ms.filter(|ms| *ms >= COARSE_MS) {
         notes.push(format!(
-            "the sensor tells its times to ±{ms:.1} ms only: behind USB, set the adapter's latency \
+            "the sensor's times are exact to ±{ms:.1} ms only: behind USB, set the adapter's latency \
              timer to 1 ms; let a board report more often"
         ));
     }
@@ -313,7 +313,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_reader_is_told_what_the_figures_leave_out() {
+    fn notes_say_what_the_figures_leave_out() {
         let surface = Surface {
             size: SIZE,
             full_screen: false,
@@ -342,7 +342,7 @@ mod tests {
             ..PresentationSummary::default()
         };
         let notes = notes(&places, ("sound", Some(8.0), 0.0), &surface, &copied).join("\n");
-        for told in [
+        for part in [
             "copied into the window",
             "in a window",
             "include the sound card's buffer",
@@ -351,7 +351,7 @@ mod tests {
             "move the handle more slowly",
             "3 of 3 changes were not seen in time",
         ] {
-            assert!(notes.contains(told), "{told} in {notes}");
+            assert!(notes.contains(part), "{part} in {notes}");
         }
         let plain = Surface {
             full_screen: true,

@@ -16,12 +16,12 @@ pub(super) struct Eye {
     pub(super) kind: &'static str,
     pub(super) name: String,
     from: From,
-    /// Half of the time span in which each edge came, ns.
+    /// Half of the time span within which each edge lies, ns.
     within_ns: Vec<u64>,
 }
 
 enum From {
-    /// A sensor of its own.
+    /// A sensor at a pin, a sound card or a board.
     Sensor(Sensor),
     /// A button of the haptic device, as the ticks read it: its mask, and its last state with the
     /// time of the sample, ns.
@@ -79,7 +79,8 @@ impl Eye {
         }
     }
 
-    /// Takes the edges of a sensor of its own. Fails once the sensor is gone.
+    /// Takes the edges of a sensor at a pin, a sound card or a board. Fails once the sensor is
+    /// lost.
     pub(super) fn take_edges(&mut self, into: &mut Vec<Change>) -> Result<(), Problem> {
         let From::Sensor(sensor) = &self.from else {
             return Ok(());
@@ -99,7 +100,7 @@ impl Eye {
         }
     }
 
-    /// Median over the edges of half the time span in which an edge came, ms.
+    /// Median over all edges of half the time span within which an edge lies, ms.
     pub(super) fn within_ms(&self) -> Option<f64> {
         let mut all = self.within_ns.clone();
         all.sort_unstable();

@@ -10,7 +10,7 @@ pub(crate) struct MeshArgs {
     /// Unit of the mesh: m, cm, mm or in [default: m, or mm for a mesh more than 2 m across]
     #[arg(long, value_name = "UNIT", value_parser = |text: &str| named("unit", &UNITS, text))]
     unit: Option<Unit>,
-    /// Factor on top of the unit, 0.001 to 1000
+    /// Factor by which the mesh is also scaled, 0.001 to 1000
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = parse_scale)]
     scale: f64,
     /// Directions of the mesh's axes: LSA (left, head, front; glTF), LPS (left, back, head; DICOM)
@@ -20,12 +20,12 @@ pub(crate) struct MeshArgs {
     /// Kind of organ, which gives its material: liver, gallbladder, stomach, fat, …
     #[arg(long, value_name = "KIND", default_value = "liver", value_parser = organ_kind)]
     kind: OrganKind,
-    /// Separate pieces: `near` links those that nearly touch and refuses others, `join` links all,
-    /// `largest` keeps one
+    /// Treatment of separate pieces: `near` links pieces that nearly touch and refuses others,
+    /// `join` links all, `largest` keeps the largest
     #[arg(long, value_name = "HOW", default_value = "near", value_parser = |text: &str| named("pieces", &PIECES, text))]
     pieces: Pieces,
-    /// Holes: `auto` fills them and wraps what stays open, `fill` only fills, `wrap` and `solid`
-    /// build a new surface, `refuse` refuses the mesh
+    /// Treatment of holes: `auto` fills them and wraps a mesh that stays open, `fill` only fills,
+    /// `wrap` and `solid` build a new surface, `refuse` refuses the mesh
     #[arg(long, value_name = "HOW", default_value = "auto", value_parser = |text: &str| named("closing", &CLOSINGS, text))]
     closing: Closing,
     /// Take only this named part of the file; can be given several times [default: all]

@@ -38,7 +38,7 @@ pub(crate) fn check(
     Ok(())
 }
 
-/// Real path of a file that exists, else the path as given.
+/// Real path of a file. If the file does not exist, the path as given.
 fn place(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.to_owned())
 }

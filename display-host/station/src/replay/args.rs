@@ -16,7 +16,7 @@ the first tick that differs, and the organ.
 Examples:
   calot run --headless --seconds 10 --out out    leaves out/session.mcap
   calot replay out/session.mcap
-  calot replay out/session.mcap --repair           close what a kill left open
+  calot replay out/session.mcap --repair           complete the file of a killed recorder
   calot replay out/session.mcap --show --speed 0.25 --from 4
   calot replay out/session.mcap --at 75            the window at an error, as the debrief says
   calot replay out/session.mcap --video film.mp4   a film for raters, and film.truth.json
@@ -27,7 +27,7 @@ pub(crate) struct ReplayArgs {
     #[arg(value_name = "SESSION")]
     pub(crate) session: PathBuf,
     /// Run the session on this compiled scene (.calot) instead of its own; both must be equal. With
-    /// --repair: put it back into a session whose own is damaged
+    /// --repair: put this scene into a session whose own scene is damaged
     #[arg(long, value_name = "FILE")]
     pub(crate) scene: Option<PathBuf>,
     /// Apply the recorded hands to another scene, named as for `run` (a recipe with other tissue, a
@@ -41,15 +41,17 @@ pub(crate) struct ReplayArgs {
     /// Folder with the meshes that the recipe of --what-if names [default: folder of the recipe]
     #[arg(long, value_name = "DIR", requires = "what_if")]
     pub(crate) meshes: Option<PathBuf>,
-    /// Show it in a window. Its panel pauses, seeks, changes the speed and starts again; the view
-    /// can be turned to any side
+    /// Show the session in a window. Its panel pauses, seeks, changes the speed and starts again;
+    /// the view can be turned to any side
     #[arg(long, conflicts_with_all = ["what_if", "what_if_iterations"])]
     pub(crate) show: bool,
-    /// Show it without a window: this number of pictures, spread over --seconds, in --out
+    /// Show the session without a window: write this number of pictures, spread over --seconds, to
+    /// --out
     #[arg(long, value_name = "N", conflicts_with_all = ["show", "what_if", "what_if_iterations"])]
     pub(crate) frames: Option<u32>,
-    /// Make a film of it with ffmpeg, for blinded raters: the endoscope's picture alone, 25
-    /// pictures a second. The truth of the critical view goes to FILE with the ending .truth.json
+    /// Make a film of the session with ffmpeg, for blinded raters: the endoscope's picture alone,
+    /// 25 pictures a second. The truth of the critical view goes to FILE with the ending
+    /// .truth.json
     #[arg(long, value_name = "FILE.mp4",
           conflicts_with_all = ["show", "frames", "at", "what_if", "what_if_iterations", "repair"])]
     pub(crate) video: Option<PathBuf>,
@@ -65,8 +67,8 @@ pub(crate) struct ReplayArgs {
     /// Start of the show in the session, s
     #[arg(long, value_name = "S", default_value = "0", value_parser = parse_from)]
     pub(crate) from: f64,
-    /// Show the moment at this time of the session, s, from 3 s before it. A debrief names it for
-    /// each error
+    /// Show the session in a window from 3 s before this time, s. A debrief names the time of each
+    /// error
     #[arg(long, value_name = "S", value_parser = parse_from,
           conflicts_with_all = ["from", "frames", "what_if", "what_if_iterations", "repair"])]
     pub(crate) at: Option<f64>,
@@ -85,7 +87,7 @@ pub(crate) struct ReplayArgs {
     #[command(flatten)]
     pub(crate) overwrite: Overwrite,
     /// Close a session that breaks off (its recorder was killed), so that other programs open it.
-    /// Of a damaged session, keep all whole chunks, and say what is lost. The result goes to
+    /// Of a damaged session, keep all whole chunks, and list the lost parts. The result goes to
     /// SESSION-repaired.mcap; the session itself stays as it is
     #[arg(long, conflicts_with_all = ["show", "frames", "what_if", "what_if_iterations", "out"])]
     pub(crate) repair: bool,

@@ -31,7 +31,7 @@ struct RepairOutcome {
 #[derive(Debug, Serialize)]
 struct LostOutcome {
     messages: u64,
-    /// More may be lost than is counted.
+    /// True if more may be lost than is counted.
     more: bool,
     topics: BTreeMap<String, u64>,
     /// Begin and end of each span, s since the session's first message.
@@ -54,14 +54,14 @@ impl From<Lost> for LostOutcome {
     }
 }
 
-/// Repairs a session. The scene at `scene` replaces its own if that is damaged.
+/// Repairs a session. The scene at `scene` replaces the session's own scene if that is damaged.
 pub(super) fn run(
     session: &Path,
     scene: Option<&Path>,
     overwrite: Overwrite,
     json: bool,
 ) -> Result<ExitCode, Problem> {
-    let to = beside(session);
+    let to = repaired_path(session);
     output::check("SESSION-repaired.mcap", &to, Format::Session, overwrite)?;
     let mut outcome = RepairOutcome {
         session: session.to_owned(),
@@ -100,7 +100,7 @@ pub(super) fn run(
     Ok(ExitCode::SUCCESS)
 }
 
-/// Lines about what is lost.
+/// Lines about the lost parts.
 fn in_words(lost: &Lost) -> Vec<String> {
     if lost.is_nothing() {
         return Vec::new();
@@ -121,8 +121,8 @@ fn in_words(lost: &Lost) -> Vec<String> {
     lines
 }
 
-/// `a/session.mcap` → `a/session-repaired.mcap`.
-fn beside(session: &Path) -> PathBuf {
+/// Path of the repaired copy: `a/session-repaired.mcap` for `a/session.mcap`.
+fn repaired_path(session: &Path) -> PathBuf {
     let stem = session.file_stem().unwrap_or_default().to_string_lossy();
     session.with_file_name(format!("{stem}-repaired.mcap"))
 }

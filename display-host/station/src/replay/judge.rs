@@ -7,6 +7,7 @@ use session::printable;
 /// Number of ticks in which a differing organ is searched after a tick in which only the tools
 /// differ.
 const LOOKED_ON: u64 = 1000;
+
 /// The first tick in which the runs differ.
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct Different {

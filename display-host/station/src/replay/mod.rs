@@ -185,8 +185,8 @@ mod tests {
     }
 
     #[test]
-    fn a_difference_is_told_with_its_tick_and_organ() {
-        let told = |what, organ: Option<&str>, organ_tick| {
+    fn a_difference_is_reported_with_its_tick_and_organ() {
+        let words = |what, organ: Option<&str>, organ_tick| {
             let different = Different {
                 tick: 7,
                 at_s: 0.007,
@@ -197,15 +197,15 @@ mod tests {
             different.in_words()
         };
         assert_eq!(
-            told("organ", Some("liver"), Some(7)),
+            words("organ", Some("liver"), Some(7)),
             "tick 7 (0.007 s): liver differs"
         );
-        assert!(told("tools", Some("liver"), Some(9)).ends_with("in tick 9 liver"));
-        assert!(told("tools", None, None).ends_with("no organ soon after"));
+        assert!(words("tools", Some("liver"), Some(9)).ends_with("in tick 9 liver"));
+        assert!(words("tools", None, None).ends_with("no organ soon after"));
     }
 
     #[test]
-    fn omissions_are_said() {
+    fn omissions_are_reported() {
         let whole = LeftOut {
             controller_ended: Some(true),
             ..LeftOut::default()

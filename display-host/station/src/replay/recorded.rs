@@ -1,4 +1,4 @@
-//! A recorded session as `calot replay` reads it: its scene, its ticks in order, and what it lacks.
+//! A recorded session as `calot replay` reads it: its scene, its ticks in order, its missing parts.
 
 use std::cell::Cell;
 
@@ -83,7 +83,7 @@ impl LeftOut {
         }
         if self.controller_ended == Some(false) {
             words.push(
-                "the controller did not say that it ended (it was killed, or ran on), so ticks may have \
+                "the controller did not report its end (it was killed, or continued), so ticks may have \
                  followed"
                     .to_owned(),
             );
@@ -92,7 +92,8 @@ impl LeftOut {
     }
 }
 
-/// The scene at `named`, else the session's own. Fails if the session ran on another scene.
+/// The scene at `named`, or the session's own if none is named. Fails if the session ran on another
+/// scene.
 pub(crate) fn scene_of(
     session: &mut Session,
     named: Option<&std::path::Path>,
@@ -118,8 +119,8 @@ pub(crate) fn scene_of(
     Ok(scene)
 }
 
-/// The session's ticks up to the first missing one, whose number goes to `gap`. `done` gets the
-/// share of the session that has been read.
+/// The session's ticks up to the first missing one. `gap` gets the number of the missing tick, and
+/// `done` the share of the session that has been read.
 pub(crate) fn without_gap<'a>(
     session: &'a mut Session,
     gap: &'a Cell<Option<u64>>,

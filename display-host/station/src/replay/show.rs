@@ -30,7 +30,7 @@ const PATIENCE: std::time::Duration = std::time::Duration::from_secs(600);
 /// Stack of a thread that runs a simulation, bytes. The simulation's state is built on the stack.
 pub(super) const STACK_BYTES: usize = 16 << 20;
 
-/// Plays the session in a window, or for `--frames` pictures in `out`.
+/// Plays the session in a window, or draws `--frames` pictures into `out`.
 pub(super) fn run(
     args: &ReplayArgs,
     session: &Session,
@@ -192,9 +192,9 @@ struct Player<'a> {
 impl Player<'_> {
     fn play(&self) -> Result<(), String> {
         // Report missing parts once, however often the user seeks back.
-        let mut said = false;
+        let mut has_warned = false;
         let open = || {
-            let first = !core::mem::replace(&mut said, true);
+            let first = !core::mem::replace(&mut has_warned, true);
             let session = Session::open(self.session).ok()?;
             Some(warned(session, first))
         };

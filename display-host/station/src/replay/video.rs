@@ -1,7 +1,8 @@
-//! `calot replay --video`: a film of the session for blinded raters, and its truth in a side file.
+//! `calot replay --video`: a film of the session for blinded raters, and a side file with the truth
+//! about the critical view.
 //!
 //! The simulation runs again. Each picture shows its moment, however long drawing takes. The film
-//! holds the endoscope's picture alone: no name, time, score, mark or text, and no metadata.
+//! shows only the endoscope's picture: no name, time, score, mark or text, and no metadata.
 
 mod encoder;
 mod truth;
@@ -39,18 +40,18 @@ const TICK_S: f32 = 0.001;
 /// Interval between progress messages.
 const PROGRESS: Duration = Duration::from_secs(2);
 
-/// Makes the film in `out`, and its truth beside it.
+/// Makes the film `out`, and its side file next to it.
 pub(super) fn run(
     args: &ReplayArgs,
     session: &mut Session,
     scene: &SceneFile,
     out: &Path,
 ) -> Result<ExitCode, Problem> {
-    // Nobody can tell a film of Calot from another.
+    // A film has no mark of Calot, so no existing file is ever replaced.
     if std::fs::metadata(out).is_ok_and(|it| it.is_dir() || it.len() > 0) {
         let shown = out.display();
         return Err(format!(
-            "--video {shown}: is there, and no film is replaced; name another file"
+            "--video {shown}: this file exists, and a film is never replaced; name another file"
         )
         .into());
     }
@@ -62,7 +63,7 @@ pub(super) fn run(
         scene_id: replay.scene_id(),
         album: Album::open(scene, size)?,
         truth: Truth::of(&recording(&args.session), out)?,
-        // Nothing above can leave a file behind.
+        // The encoder makes a file, so it begins after everything that may fail.
         encoder: Encoder::begin(out, size, RATE)?,
         state: bytemuck::zeroed_box(),
         tools: bytemuck::zeroed_box(),
@@ -122,7 +123,7 @@ struct Film {
     length_s: f64,
     /// Tick up to which the effects were played.
     played: Option<u64>,
-    /// Time of the session between two pictures, s.
+    /// Interval of the session between two pictures, s.
     every_s: f64,
     /// Time of the session at the film's beginning, s.
     from_s: f64,
@@ -145,7 +146,7 @@ impl Film {
         let film_s = |drawn: u32| f64::from(drawn) / f64::from(RATE);
         let is_due = |it: &Self| at_s >= it.from_s + f64::from(it.drawn) * it.every_s;
         let played = *self.played.get_or_insert(record.tick);
-        // The blood of what came before the film is in its first picture.
+        // Effects are played before the film begins, too: its first picture shows earlier blood.
         if is_due(self) || record.tick.saturating_sub(played) >= EFFECTS_EVERY {
             self.play(tick, played);
         }

@@ -29,7 +29,7 @@ const POINTS: usize = 1500;
 /// Ticks from one row of the table to the next. The ticks in between are left out.
 const TICKS_A_ROW: usize = 10;
 
-/// A tick of one of the two runs.
+/// State of a run at a tick.
 #[derive(Debug, Clone, Copy)]
 struct Point {
     at_s: f64,
@@ -37,7 +37,7 @@ struct Point {
     tip_m: [f64; 3],
 }
 
-/// Comparison of the two runs.
+/// Comparison of two runs of the same hands: as recorded, and on the other tissue or solver.
 #[derive(Debug, Serialize)]
 struct Compared {
     recorded: String,
@@ -323,7 +323,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_gap_and_a_difference_stand_in_the_page() {
+    fn the_page_reports_a_gap_and_a_difference() {
         let point = Point {
             at_s: 0.0,
             force_n: 0.0,

@@ -79,7 +79,7 @@ pub(crate) fn run(args: &ReportArgs) -> Result<ExitCode, Problem> {
         }
         whole &= left_out.damaged().is_none();
         if args.json {
-            found.push(with(&chapter, &left_out)?);
+            found.push(with_left_out(&chapter, &left_out)?);
         }
         chapters.push(chapter);
     }
@@ -147,7 +147,7 @@ impl LeftOut {
         self.damaged().or(self.broken_off.as_ref())
     }
 
-    /// Place and kind of damage, or what was lost to it, if any.
+    /// Place and kind of damage, or the parts that it destroyed, if any.
     pub(crate) fn damaged(&self) -> Option<&String> {
         self.damaged.as_ref().or(self.lost.as_ref())
     }
@@ -172,8 +172,8 @@ impl LeftOut {
     }
 }
 
-/// Result of a session with its missing data, as JSON.
-fn with(chapter: &Chapter, left_out: &LeftOut) -> Result<serde_json::Value, Problem> {
+/// Result of a session as JSON, with the missing data of its recording.
+fn with_left_out(chapter: &Chapter, left_out: &LeftOut) -> Result<serde_json::Value, Problem> {
     let mut value = serde_json::to_value(&chapter.assessed)?;
     if let Some(object) = value.as_object_mut() {
         object.insert("session".to_owned(), chapter.name.clone().into());
@@ -211,7 +211,7 @@ pub(crate) fn write(chapters: &[Chapter], language: Language, out: &Path) -> Res
     Ok(())
 }
 
-/// Writes a close picture of each lesson's first error beside the page, for the launcher. Leaves
+/// Writes a close picture of each lesson's first error next to the page, for the launcher. Leaves
 /// out lessons after the first [`CLOSE_MAX`], and pictures that cannot be written.
 pub(crate) fn write_close(chapter: &Chapter, folder: &Path) {
     let it = &chapter.assessed;
@@ -244,7 +244,8 @@ pub(crate) fn close_file(folder: &Path, number: usize) -> PathBuf {
     folder.join(format!("{CLOSE}{number:04}.png"))
 }
 
-/// Path of a session's recording: `session.mcap` if the session is a folder, else the session.
+/// Path of a session's recording: the session itself, or the file `session.mcap` in it if it is a
+/// folder.
 pub(crate) fn recording(session: &Path) -> PathBuf {
     match session.is_dir() {
         true => session.join("session.mcap"),
@@ -290,7 +291,7 @@ pub(crate) fn chapter(
         assessed: assessment.end(),
         rules,
         outlines: Outlines::of(&operation.scene),
-        pictures: folder.map(left_beside).unwrap_or_default(),
+        pictures: folder.map(pictures_in).unwrap_or_default(),
         ticks: folder.and_then(ticks),
         is_scripted: assigned.is_scripted,
         cut_short: left_out.cut_short().cloned(),
@@ -340,7 +341,7 @@ pub(crate) fn ticks(folder: &Path) -> Option<Ticks> {
 }
 
 /// Pictures in a session's folder.
-fn left_beside(folder: &Path) -> Vec<(String, Vec<u8>)> {
+fn pictures_in(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let entries = std::fs::read_dir(folder);
     chosen(entries.into_iter().flatten().flatten().map(|it| it.path()))
 }
@@ -404,14 +405,14 @@ mod tests {
     }
 
     #[test]
-    fn file_that_is_no_session_is_refused_by_name() {
+    fn a_file_that_is_no_session_is_refused_with_its_name() {
         let folder = tempfile::tempdir().unwrap();
         let error = chapter(folder.path(), None, None).unwrap_err().to_string();
         assert!(error.contains("session.mcap"), "{error}");
     }
 
     #[test]
-    fn parts_missing_from_a_session_are_said() {
+    fn missing_parts_of_a_session_are_reported() {
         let damaged = LeftOut {
             damaged: Some("at byte 7: x".to_owned()),
             ..LeftOut::default()
@@ -460,7 +461,7 @@ mod tests {
         }
         std::fs::write(folder.path().join("summary.json"), "{}").unwrap();
         std::fs::write(close_file(folder.path(), 1), [1]).unwrap();
-        let found = left_beside(folder.path());
+        let found = pictures_in(folder.path());
         assert_eq!(found.len(), 10);
         assert_eq!(found[1], ("frame 0003".to_owned(), vec![3]));
     }

@@ -78,7 +78,7 @@ pub(crate) struct Picture {
     pub(crate) at_ns: u64,
     pub(crate) caption: String,
     pub(crate) png: Vec<u8>,
-    /// File beside the session in which the run itself kept this view, if it did.
+    /// File next to the session in which the run kept a picture of this view, if it did.
     pub(crate) kept_in: Option<&'static str>,
 }
 

@@ -1,5 +1,5 @@
-//! The station's desk for instructors: it decides on their acts, carries them out, and has them
-//! recorded.
+//! The station's desk for instructors: it accepts or refuses their acts, carries them out, and
+//! passes them to the recorder.
 
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::mpsc::{self, Receiver};
@@ -28,7 +28,7 @@ const EVENT_TICKS: u64 = 150;
 /// Largest number of acts in a session.
 const ACTS_MAX: usize = 5000;
 
-// An instructor waits until the desk has an answer.
+// An instructor's display waits longer than the desk needs for an answer.
 const _: () = {
     let longest =
         LOOK_EVERY.as_millis() + COMMAND_PATIENCE.as_millis() + EVENT_PATIENCE.as_millis();
@@ -38,9 +38,9 @@ const _: () = {
 /// Rules by which the station takes or refuses an act.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Terms {
-    /// The session is an exam, which is worked alone.
+    /// True if the session is an exam: the desk then takes remarks only.
     pub(super) is_exam: bool,
-    /// State of the recording; `None`: nothing is recorded.
+    /// State of the recording; `None` if nothing is recorded.
     pub(super) recording: Option<Arc<Mutex<Health>>>,
 }
 
@@ -84,8 +84,8 @@ pub(super) struct Desk {
 }
 
 impl Desk {
-    /// Begins to serve. The desk notes acts in `acts`, and hears of complications by `news` of the
-    /// recording.
+    /// Starts the thread of the desk. The desk passes acts to the recorder by `acts`. The recorder
+    /// reports recorded ticks and events by `news`.
     pub(super) fn begin(
         station: &Station,
         terms: Terms,
@@ -98,7 +98,7 @@ impl Desk {
         );
         let (shown, stopped) = (view.clone(), stop.clone());
         let station = station.clone();
-        let (tell, told) = mpsc::sync_channel(1);
+        let (sender, opening) = mpsc::sync_channel(1);
         let thread = Builder::new()
             .name("calot-desk".to_owned())
             .spawn(move || {
@@ -109,11 +109,11 @@ impl Desk {
                 let (desk, controller) = match opened {
                     Ok(ends) => ends,
                     Err(error) => {
-                        let _ = tell.send(Err(error));
+                        let _ = sender.send(Err(error));
                         return;
                     }
                 };
-                let _ = tell.send(Ok(()));
+                let _ = sender.send(Ok(()));
                 let mut work = Work {
                     controller,
                     terms,
@@ -137,8 +137,8 @@ impl Desk {
                 }
             })
             .map_err(|error| format!("cannot start the desk's thread: {error}"))?;
-        if let Ok(told) = told.recv() {
-            told?;
+        if let Ok(outcome) = opening.recv() {
+            outcome?;
         }
         Ok(Self {
             view,
@@ -197,12 +197,13 @@ impl Work {
         match (reply.map(|it| (it.outcome, it.tick)), event) {
             (Ok((ReplyMsg::DONE, _)), None) => ActReply::DONE,
             (Ok((ReplyMsg::DONE, tick)), Some(event)) => happened(&self.news, event, tick),
-            // The controller may still do what it was asked for. A second time does harm.
+            // The controller may still carry the command out. A second command would do harm.
             (Err(ServiceError::NoAnswer { .. }), Some(_)) => ActReply::UNCERTAIN,
             _ => ActReply::SILENT,
         }
     }
 
+    /// Drops what the recorder reported before the next act.
     fn forget_news(&self) {
         while self.news.try_recv().is_ok() {}
     }
@@ -214,7 +215,8 @@ fn complication(kind: ActKind) -> (u32, u32) {
     (CommandMsg::COMPLICATION, number)
 }
 
-/// Outcome of a complication that the controller took in this tick: the event that it raises tells.
+/// Outcome of a complication that the controller accepted in this tick. It happened if its event
+/// reaches the recording.
 fn happened(news: &Receiver<Heard>, kind: EventKind, tick: u64) -> u32 {
     let began = Instant::now();
     loop {
@@ -223,7 +225,7 @@ fn happened(news: &Receiver<Heard>, kind: EventKind, tick: u64) -> u32 {
             Ok(Heard::Event(event)) if event.is(kind) && event.tick >= tick => {
                 return ActReply::DONE;
             }
-            // Its event would have come by now.
+            // The event would have been recorded by now.
             Ok(Heard::Tick(newest)) if newest > tick + EVENT_TICKS => return ActReply::NOTHING,
             Ok(_) if !left.is_zero() => {}
             _ => return ActReply::UNCERTAIN,
@@ -245,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn only_the_event_of_a_complication_tells_that_it_happened() {
+    fn a_complication_happened_only_if_its_event_is_recorded() {
         let event = |kind: EventKind, tick| {
             Heard::Event(EventMsg {
                 tick,
@@ -272,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn an_exam_takes_remarks_only_and_nothing_happens_unrecorded() {
+    fn an_exam_takes_remarks_only_and_unrecorded_acts_are_refused() {
         let remark = ActMsg::remark("Well done").unwrap();
         let point = ActMsg::point([0.0; 3]);
         let exam = Terms::new(Some(Difficulty::Exam), recording(Standing::Recording));

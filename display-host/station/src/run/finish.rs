@@ -49,7 +49,7 @@ impl Shown<'_> {
         for warning in &self.outcome.warnings {
             say::note(format_args!("calot: {warning}"));
         }
-        // The animation comes last, so that the other results do not wait for it.
+        // The animation is written last, so that the other results do not wait for it.
         if let Some(gif) = &self.args.gif
             && let Err(problem) = animate(&self.outcome, gif)
         {
@@ -228,7 +228,7 @@ fn debrief(
             let views = VIEWS.map(|name| out.join(name));
             let drawn = outcome.frames.iter().filter_map(|it| it.path.clone());
             let others = drawn.filter(|it| !views.contains(it));
-            // Choose the critical view apart, so that it is never left out.
+            // Choose the pictures of the critical view separately, so that they are never left out.
             chapter.pictures = report::chosen(views.iter().cloned());
             chapter.pictures.extend(report::chosen(others));
             chapter.ticks = report::ticks(out);

@@ -9,10 +9,10 @@
 pub(crate) mod args;
 mod desk;
 mod finish;
+mod free_space;
 mod plan;
 pub(crate) mod player;
 pub(crate) mod processes;
-mod room;
 mod show;
 mod start;
 mod watch;

@@ -10,8 +10,8 @@ use shared_mem::service::Station;
 use display_host::window;
 
 use super::args::{RunArgs, session_path};
+use super::free_space;
 use super::player::Player;
-use super::room;
 use crate::args::DeviceArgs;
 use crate::folder::Folder;
 use crate::output::{self, Format};
@@ -63,7 +63,7 @@ impl<'a> Planned<'a> {
                 true => Some(args.headless_s()),
                 false => args.seconds,
             };
-            room::check(&path, std::fs::metadata(&scene)?.len(), seconds)?;
+            free_space::check(&path, std::fs::metadata(&scene)?.len(), seconds)?;
         }
         if let Some(unfelt) = Unfelt::of(&args.controller.devices) {
             say::note(format_args!("calot: {}", unfelt.in_words()));
@@ -138,7 +138,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_test_by_hand_that_failed_is_told_with_its_checks() {
+    fn a_failed_test_by_hand_is_reported_with_its_checks() {
         let unfelt = |failed: &[&str]| Unfelt {
             path: PathBuf::from("/dev/ttyACM0"),
             failed: failed.iter().map(|&it| it.to_owned()).collect(),

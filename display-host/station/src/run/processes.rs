@@ -54,17 +54,17 @@ pub(crate) fn start(
     stop: &AtomicBool,
 ) -> Result<Running, Problem> {
     let named = &args.controller.devices;
-    let emulated = Emulated::beside(named, folder)?;
+    let emulated = Emulated::for_missing(named, folder)?;
     let mut children = Vec::new();
     if emulated.any() {
         let words = emulated.words(args, player, scene);
         children.push(Process::start("emulate", &words, PATIENCE_TO_START, stop)?);
     }
     let controller = control(args, &emulated.with(named), scene, folder, stop)?;
-    let mut warnings = not_realtime(controller.process.said());
+    let mut warnings = not_realtime(controller.process.ready_text());
     warnings.extend(controller.coarser);
-    let devices = devices(controller.process.said());
-    let admitted_ns = admitted(controller.process.said());
+    let devices = devices(controller.process.ready_text());
+    let admitted_ns = admitted(controller.process.ready_text());
     children.push(controller.process);
     Ok(Running {
         children,
@@ -84,7 +84,8 @@ struct Emulated {
 }
 
 impl Emulated {
-    fn beside(named: &DeviceArgs, folder: &Path) -> Result<Self, Problem> {
+    /// Emulates each device that neither `named` nor its station file names.
+    fn for_missing(named: &DeviceArgs, folder: &Path) -> Result<Self, Problem> {
         let file = named.station_file.as_deref().map(StationFile::read);
         let file = file.transpose()?.unwrap_or_default();
         Ok(Self {
@@ -232,7 +233,7 @@ fn admitted(ready: &str) -> Option<[u64; STAGES]> {
 
 /// Level that the controller took, of the scene's own file or of those that the user named.
 fn taken(controller: &Process, finest: &Path, coarser: &[PathBuf]) -> Result<PathBuf, Problem> {
-    let ready: serde_json::Value = serde_json::from_str(controller.said())?;
+    let ready: serde_json::Value = serde_json::from_str(controller.ready_text())?;
     let own = SceneFile::levels(finest).into_iter().skip(1);
     for path in own.chain(coarser.iter().flat_map(|file| SceneFile::levels(file))) {
         let id = SceneFile::open(&path)?.id();
@@ -262,9 +263,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_emulator_is_told_the_ticks_core() {
-        let emulated = Emulated::beside(&DeviceArgs::default(), Path::new("/run/x")).unwrap();
-        let told = |core| {
+    fn the_emulator_gets_the_core_of_the_tick() {
+        let emulated = Emulated::for_missing(&DeviceArgs::default(), Path::new("/run/x")).unwrap();
+        let line = |core| {
             let mut args = RunArgs::default();
             args.controller.realtime.core = core;
             let words = emulated.words(&args, Player::Script, Path::new("x.calot"));
@@ -272,11 +273,11 @@ mod tests {
             words.collect::<Vec<_>>().join(" ")
         };
         assert!(
-            told(Some(0)).ends_with("--tick-core 0"),
+            line(Some(0)).ends_with("--tick-core 0"),
             "{}",
-            told(Some(0))
+            line(Some(0))
         );
-        assert!(!told(None).contains("--tick-core"), "{}", told(None));
+        assert!(!line(None).contains("--tick-core"), "{}", line(None));
     }
 
     #[test]

@@ -57,7 +57,7 @@ impl<'a> Started<'a> {
     pub(super) fn show(mut self) -> Result<Shown<'a>, Problem> {
         let recorder = Arc::new(Mutex::new(Recorder::new()));
         let outcome = self.display(&recorder);
-        // No act is taken that the recording could miss.
+        // Close the desk before the recording ends, so that every accepted act is recorded.
         drop(self.desk.take());
         let dead = self.watch.end();
         if let Some(why) = self.surgeon.take().and_then(AtWork::end) {

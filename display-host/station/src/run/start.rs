@@ -37,7 +37,7 @@ pub(super) struct Started<'a> {
     pub(super) recording: Option<Recording>,
     /// Passes the viewing angle of the endoscope to the recording.
     pub(super) sight: Sight,
-    /// Answers instructors; `None` with `--attach`, where the station's own run does.
+    /// Answers instructors. `None` with `--attach`: there the run that started the station answers.
     pub(super) desk: Option<Desk>,
     pub(super) watch: Watch,
     /// Warnings about the controller, for the summary.

@@ -148,7 +148,7 @@ impl Desk {
             task: operation.form.task.clone(),
             seconds: operation.seconds().floor(),
             said: operation
-                .said()
+                .last_lines()
                 .pop()
                 .filter(|it| it.starts_with(PREPARING)),
             ending: operation.is_ending(),

@@ -9,7 +9,7 @@ use super::Desk;
 use crate::output;
 
 impl Desk {
-    /// Writes the certificate and opens it. Says where it is, or what is wrong.
+    /// Writes the certificate and opens it. Shows its path, or the problem.
     pub(super) fn certify(&mut self) {
         let trainee = match (&self.view.screen, &self.debrief) {
             (Screen::Debrief(_), Some((debrief, _))) => debrief.trainee.clone(),
@@ -34,7 +34,7 @@ impl Desk {
             }
         };
         if written.is_ok() {
-            // If no program opens it, the path is told all the same.
+            // The path is shown even if no program opens the page.
             self.opening = Command::new("xdg-open")
                 .arg(&path)
                 .stdin(Stdio::null())
@@ -51,7 +51,7 @@ impl Desk {
         }
     }
 
-    /// File of a trainee's certificate, beside the sessions.
+    /// File of a trainee's certificate, next to the sessions.
     fn certificate_path(&self, trainee: &str) -> PathBuf {
         let is_plain = |it: char| it.is_alphanumeric() || it == '-';
         let name = trainee

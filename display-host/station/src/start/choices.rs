@@ -1,4 +1,4 @@
-//! Choices of the launcher, and rules for combining them.
+//! Choices of the launcher, and the rules by which they fit together.
 
 use std::ffi::OsString;
 
@@ -43,7 +43,7 @@ pub(super) fn hanging() -> Vec<&'static str> {
 /// The scripted surgeon whom a trainee may watch.
 pub(super) const EXPERT: &str = "careful";
 
-/// Arguments of a run for a look, as far as it differs from the usual one.
+/// Arguments of `calot run` for a look: an option for each setting that is not the default.
 pub(super) fn look(look: &Look) -> Vec<OsString> {
     let usual = Look::default();
     let mut words: Vec<OsString> = Vec::new();
@@ -74,8 +74,8 @@ pub(super) fn shown() -> Vec<&'static str> {
     tasks.map(Task::name).collect()
 }
 
-/// The expert's operation for these choices: at emulated devices, for nobody's record, and with an
-/// endoscope that looks straight ahead, as the expert expects.
+/// The choices for the expert's operation: emulated devices, no trainee, and the straight
+/// endoscope, which the expert needs.
 pub(super) fn of_expert(form: &StartForm) -> StartForm {
     StartForm {
         trainee: String::new(),
@@ -118,7 +118,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_run_is_told_the_look_that_differs() {
+    fn a_run_gets_options_only_for_settings_that_differ() {
         assert!(look(&Look::default()).is_empty());
         let own = Look {
             text_percent: 150,
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn the_expert_operates_for_nobodys_record_at_emulated_devices() {
+    fn the_expert_operates_emulated_devices_and_no_result_is_kept() {
         let form = StartForm {
             trainee: "Ada".to_owned(),
             emulated: false,
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn task_and_scene_go_together_whichever_is_chosen_last() {
+    fn task_and_scene_fit_whichever_was_chosen_last() {
         let before = usual();
         let organs = fitting(
             &before,

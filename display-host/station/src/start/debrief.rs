@@ -37,7 +37,7 @@ impl Desk {
             None => {
                 // Remove the folder only if it is empty: its files may tell the reason.
                 let _ = std::fs::remove_dir(&operation.out);
-                let mut said = operation.said();
+                let mut said = operation.last_lines();
                 if crate::report::recording(&operation.out).exists() {
                     said.push(problem::of_recorded(&self.view.words, &operation.out));
                 }
@@ -117,13 +117,13 @@ impl Desk {
                 self.opening = Some(child);
                 words.say_with("debrief-report-opened", &[("path", path.into())])
             }
-            Err(error) => report_lies(words, &path, &format!("xdg-open: {error}")),
+            Err(error) => path_of_unopened_report(words, &path, &format!("xdg-open: {error}")),
         };
         self.note(notice);
     }
 }
 
-pub(super) fn report_lies(words: &Words, path: &str, problem: &str) -> String {
+pub(super) fn path_of_unopened_report(words: &Words, path: &str, problem: &str) -> String {
     let values = [("path", path.into()), ("problem", problem.into())];
     words.say_with("debrief-report-lies", &values)
 }

@@ -27,7 +27,7 @@ use store::{Questionnaire, Store};
 
 use self::args::StartArgs;
 use self::choices::TRIANGLE;
-use self::debrief::report_lies;
+use self::debrief::path_of_unopened_report;
 use self::operation::Operation;
 use crate::args::LookArgs;
 use crate::curriculum::Curriculum;
@@ -42,7 +42,7 @@ const LOOK_EVERY: Duration = Duration::from_secs(3);
 /// Time that the window may freeze while another program writes to the store.
 const PATIENCE_FOR_STORE: Duration = Duration::from_millis(300);
 
-/// Opens the launcher and runs it until it is closed. Then ends a running operation and replay.
+/// Opens the launcher and runs it until it is closed. Then it ends a running operation and replay.
 pub(crate) fn run(args: &StartArgs) -> Result<ExitCode, Problem> {
     window::answers()?;
     let stop = stop::flag()?;
@@ -72,7 +72,7 @@ struct Desk {
     rules: Rules,
     questions: Questionnaire,
     curriculum: Curriculum,
-    /// Path of the store. `None`: no `--store`, and no home folder.
+    /// Path of the store. `None` if there is neither `--store` nor a home folder.
     store: Option<PathBuf>,
     view: Launcher,
     /// The choices, which all screens share.
@@ -80,7 +80,7 @@ struct Desk {
     operation: Option<Operation>,
     /// The settings that were kept when the operation began.
     kept: Settings,
-    /// The newest debrief, which other screens return to, and the id of its session.
+    /// The newest debrief and the id of its session. The questionnaire and the sheet return to it.
     debrief: Option<(Debrief, String)>,
     /// Folder of the session of the debrief.
     folder: Option<PathBuf>,
@@ -221,7 +221,7 @@ impl Page for Desk {
                     let report = self.debrief.as_ref().and_then(|(it, _)| it.report.clone());
                     let path = report.unwrap_or_default();
                     let problem = format!("xdg-open: {status}");
-                    self.note(report_lies(&self.view.words, &path, &problem));
+                    self.note(path_of_unopened_report(&self.view.words, &path, &problem));
                     return true;
                 }
                 Ok(None) => self.opening = Some(opening),

@@ -1,4 +1,4 @@
-//! An operation: a `calot run` with a window of its own.
+//! An operation of the launcher: the process `calot run`, which has its own window.
 
 use std::collections::VecDeque;
 use std::ffi::OsString;
@@ -16,7 +16,7 @@ use crate::say;
 
 /// Largest number of lines of output that are kept.
 const LINES_KEPT: usize = 12;
-/// Time that a graceful end may take. After it the user may end the operation without a report.
+/// Time that an operation may take to end when asked. Then the user may kill it, without a report.
 const PATIENCE_TO_END: Duration = Duration::from_secs(5);
 /// Longest wait for the last output: another process may hold the pipe open for longer.
 const PATIENCE_TO_READ: Duration = Duration::from_millis(500);
@@ -25,14 +25,14 @@ const PATIENCE_TO_READ: Duration = Duration::from_millis(500);
 pub(super) struct Operation {
     child: Child,
     pub(super) form: StartForm,
-    /// True if the expert operates.
+    /// True if the expert operates and the trainee watches.
     pub(super) watched: bool,
     /// Folder of its session.
     pub(super) out: PathBuf,
     began: Instant,
-    said: Arc<Mutex<VecDeque<String>>>,
+    last_lines: Arc<Mutex<VecDeque<String>>>,
     reader: Option<JoinHandle<()>>,
-    /// Time of the request to end.
+    /// Time of the request to end, if there was one.
     asked: Option<Instant>,
     /// Time when the end of the child was noticed.
     seen: Option<Instant>,
@@ -55,19 +55,19 @@ impl Operation {
             // order.
             .process_group(0)
             .spawn()?;
-        let said = Arc::new(Mutex::new(VecDeque::new()));
+        let last_lines = Arc::new(Mutex::new(VecDeque::new()));
         let reader = child.stderr.take().map(|stderr| {
-            let said = said.clone();
+            let kept = Arc::clone(&last_lines);
             std::thread::spawn(move || {
                 let lines = BufReader::new(stderr).split(b'\n');
                 for line in lines.map_while(Result::ok) {
                     let line = String::from_utf8_lossy(&line);
                     say::note(&line);
-                    let mut said = said.lock().unwrap_or_else(PoisonError::into_inner);
-                    if said.len() == LINES_KEPT {
-                        said.pop_front();
+                    let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+                    if kept.len() == LINES_KEPT {
+                        kept.pop_front();
                     }
-                    said.push_back(session::printable(&line));
+                    kept.push_back(session::printable(&line));
                 }
             })
         });
@@ -77,7 +77,7 @@ impl Operation {
             watched,
             out,
             began: Instant::now(),
-            said,
+            last_lines,
             reader,
             asked: None,
             seen: None,
@@ -90,9 +90,12 @@ impl Operation {
     }
 
     /// Last lines of the operation's output, oldest first.
-    pub(super) fn said(&self) -> Vec<String> {
-        let said = self.said.lock().unwrap_or_else(PoisonError::into_inner);
-        said.iter().cloned().collect()
+    pub(super) fn last_lines(&self) -> Vec<String> {
+        let lines = self
+            .last_lines
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        lines.iter().cloned().collect()
     }
 
     /// Exit status, once the operation has ended and its output is read, or

@@ -37,8 +37,8 @@ const OF_DRILL: [Metric; 6] = [
     Metric::ScopeTilt,
     Metric::ScopeSway,
 ];
-/// Metrics shown only if their value is worth a mention. The trainee does not cause them, or they
-/// explain other metrics.
+/// Metrics shown only if their value matters. The trainee does not cause them, or they explain
+/// other metrics.
 const SHOWN_IF_ANY: [Metric; 4] = [
     Metric::Paused,
     Metric::Gaps,
@@ -48,7 +48,8 @@ const SHOWN_IF_ANY: [Metric; 4] = [
 /// Largest number of warnings shown.
 const WARNINGS_MAX: usize = 4;
 
-/// Debrief of an operation and the id of its session. `None`: the operation left no result.
+/// Debrief of an operation and the id of its session. Returns `None` if the operation left no
+/// result.
 pub(super) fn read(
     out: &Path,
     trainee: &str,
@@ -126,6 +127,7 @@ pub(super) fn sum(sheet: &[(String, u8)]) -> Option<u32> {
     (!sheet.is_empty()).then(|| points.sum())
 }
 
+/// Texts of a JSON array, without characters that cannot be printed.
 fn texts(value: &Value) -> Vec<String> {
     let all = value.as_array().into_iter().flatten();
     all.filter_map(|it| Some(session::printable(it.as_str()?)))
@@ -148,7 +150,7 @@ fn unrest(summary: &Value, words: &Words) -> Vec<String> {
     all.filter_map(sentence).collect()
 }
 
-/// The run's warnings without those that [`unrest`] tells.
+/// The run's warnings without those about organs, which [`unrest`] words.
 fn other_warnings(summary: &Value) -> Vec<String> {
     let all = summary["unrest"].as_array().into_iter().flatten();
     let known: Vec<_> = all
@@ -224,6 +226,8 @@ fn lost(summary: &Value, words: &Words) -> Vec<(String, f64)> {
     found.filter(|(metric, _)| has_advice(metric)).collect()
 }
 
+/// Rows of metrics: first those of the pass rule, then the usual ones of the task. Each has the
+/// best value of passed earlier sessions.
 fn rows(
     task: &str,
     rules: &Rules,
@@ -270,7 +274,7 @@ fn rows(
                 true => earlier.reduce(f64::max),
                 false => earlier.reduce(f64::min),
             };
-            // Economy describes and does not judge: neither more nor less is better.
+            // Economy is no judgement: neither more nor less is better.
             let judges = passes.is_some() || name != Metric::Economy.name();
             MetricRow {
                 name: name.to_owned(),
@@ -287,7 +291,7 @@ fn rows(
 mod tests {
     use super::*;
 
-    /// Reads without a store.
+    /// Debrief for a trainee whose store cannot be opened.
     fn read_it(out: &Path, trainee: &str) -> Option<(Debrief, String)> {
         let store = Err("it is in use".to_owned());
         read(out, trainee, &Rules::default(), &store, &Words::default())
@@ -325,7 +329,11 @@ mod tests {
         assert!(ruled.count() >= 2, "{:?}", debrief.metrics);
         let named: std::collections::BTreeSet<_> =
             debrief.metrics.iter().map(|it| &it.name).collect();
-        assert_eq!(named.len(), debrief.metrics.len(), "each once");
+        assert_eq!(
+            named.len(),
+            debrief.metrics.len(),
+            "each metric appears once"
+        );
         let time = debrief.metrics.iter().find(|it| it.name == "time_s");
         assert_eq!(time.unwrap().value, Some(80.0));
         assert!(named.contains(&"paused_s".to_owned()));
@@ -333,7 +341,7 @@ mod tests {
     }
 
     #[test]
-    fn a_store_that_cannot_be_had_is_a_warning_to_those_who_are_in_it() {
+    fn a_store_that_cannot_be_opened_is_a_warning_to_trainees_and_not_to_guests() {
         let folder = folder(r#"{"task": "clamp", "session": "s", "warnings": ["late"]}"#);
         let warnings = |trainee| {
             let debrief = read_it(folder.path(), trainee).unwrap().0;
@@ -360,7 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn file_that_is_no_summary_of_a_task_is_no_debrief() {
+    fn a_file_that_is_no_summary_of_a_task_gives_no_debrief() {
         for text in ["", "{}", "[]", r#"{"task": 5}"#] {
             let found = read_it(folder(text).path(), "");
             assert!(found.is_none(), "{text}");

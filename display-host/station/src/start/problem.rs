@@ -131,7 +131,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_problem_is_said_in_every_language_with_what_it_names() {
+    fn every_problem_has_a_message_with_its_values_in_every_language() {
         let path = || Path::new("/here").to_owned();
         let io = || std::io::Error::other("the system's words");
         let stores = [

@@ -13,7 +13,7 @@ use super::{Desk, choices, problem, stations};
 use crate::curriculum::Progress;
 use crate::settings;
 
-/// Largest number of earlier operations that are looked through for a rate of pictures.
+/// Largest number of earlier operations whose summaries are searched for a picture rate.
 const LOOKED_THROUGH: usize = 20;
 
 impl Desk {
@@ -106,7 +106,7 @@ impl Desk {
         self.view.look = kept.look;
     }
 
-    /// Folder of the sessions: `--sessions`, else `sessions` beside the store, else `out`.
+    /// Folder of the sessions: that of `--sessions`, or `sessions` next to the store, or `out`.
     pub(super) fn sessions(&self) -> PathBuf {
         let beside = self.store.as_ref().and_then(|store| store.parent());
         let sessions = self.args.sessions.clone();
@@ -120,13 +120,14 @@ impl Desk {
         entries.is_ok_and(|mut it| it.next().is_some())
     }
 
-    /// Progress of a trainee in the curriculum. `None`: a guest, a name that the store does not
-    /// know, or a store that cannot be read.
+    /// Progress of a trainee in the curriculum. Returns `None` for a guest, for a name that the
+    /// store does not know, and if the store cannot be read.
     pub(super) fn progress(&self, trainee: &str) -> Option<ProgressView> {
         Some(self.whole_progress(trainee)?.view())
     }
 
-    /// Progress as [`Self::progress`] has it, with its times.
+    /// Progress with the times at which the trainee became proficient. Otherwise like
+    /// [`Self::progress`].
     pub(super) fn whole_progress(&self, trainee: &str) -> Option<Progress> {
         if trainee.trim().is_empty() {
             return None;
@@ -165,7 +166,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_newest_operation_with_a_window_tells_if_the_computer_is_too_slow() {
+    fn the_newest_operation_with_a_window_shows_if_the_computer_is_too_slow() {
         let folder = tempfile::tempdir().unwrap();
         let ended = |name: &str, rate: &str, seconds: u64| {
             let path = folder.path().join(name).join("summary.json");
@@ -183,7 +184,7 @@ mod tests {
         ended("b", "null", 20);
         assert_eq!(bits(), Some(2.5f64.to_bits()), "b had no window");
         ended("c", "14.5", 30);
-        assert_eq!(bits(), None, "the computer is quick enough now");
+        assert_eq!(bits(), None, "the newest window was fast enough");
         assert_eq!(too_few(Path::new("/nowhere")), None);
     }
 }

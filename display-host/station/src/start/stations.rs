@@ -22,11 +22,14 @@ pub(super) fn look(start: &mut Start, words: &Words) {
     };
     start.station_file_problem = file.as_ref().err().cloned();
     start.devices = file.as_ref().map(lines).unwrap_or_default();
-    start.plugged_in = hardware::list::devices().iter().map(told).collect();
+    start.plugged_in = hardware::list::devices()
+        .iter()
+        .map(path_in_words)
+        .collect();
 }
 
-/// Path of a device, with its name if udev knows a stable path for it.
-fn told(found: &Found) -> String {
+/// Path of a device. If udev has a stable path for it, also the name in that path.
+fn path_in_words(found: &Found) -> String {
     let path = found.path.display();
     match found.stable_path {
         Some(_) => format!("{} ({path})", found.name),

@@ -12,14 +12,14 @@ use crate::output::Overwrite;
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
 The store holds a name that each trainee chooses, results of sessions (`calot run --task T --trainee NAME`),
-answers and instructors' sheets, but no recordings. Only its user can read the file.
+answers and instructors' sheets. It holds no recordings. Only its user can read the file.
 
 Examples:
   calot store list                          all trainees
   calot store list Ada                      her sessions
   calot store progress Ada                  what she is proficient in, and what comes next
-  calot store curriculum > own.toml         the curriculum, to be changed
-  calot store add Ada out/SESSION           a killed run, from its recording
+  calot store curriculum > own.toml         a copy of the curriculum, to change
+  calot store add Ada out/SESSION           the session of a killed run
   calot store curve Ada --task clamp --out ada.svg
   calot store trainee Ada --cohort novice --consent yes
   calot store sheet SESSION 4 3 4 5 3       an instructor's GOALS points
@@ -35,7 +35,7 @@ Examples:
 
 The file is SQLite. Its tables: trainee (name, cohort, consent), session (task, score, metrics as JSON, hand,
 realtime, missed_ticks, device, driver, site, …), answer, rating and point (scoring sheets), setting, and marks
-of who was forgotten; destination, delivery and withdrawal say what a centre has. Reading never changes the file.
+of forgotten trainees; destination, delivery and withdrawal record what a centre has. Reading never changes the file.
 A store of an older version becomes one of version 4 with the first command that writes to it.")]
 pub(crate) struct StoreArgs {
     #[command(flatten)]
@@ -44,7 +44,7 @@ pub(crate) struct StoreArgs {
     pub(crate) command: StoreCommand,
 }
 
-/// Examples of queries on a merged store.
+/// Help after the options of `calot store merge`: queries on the merged store.
 const MERGED: &str = "\
 The merged file is SQLite, which R, Python and every spreadsheet's database driver open:
   sqlite3 centre.sqlite < scores.sql       with, for example, in scores.sql:
@@ -55,15 +55,15 @@ FROM session JOIN trainee ON trainee.id = session.trainee
 WHERE session.outcome IN ('passed', 'failed') AND session.hand = 'person'
 GROUP BY trainee.name, session.task ORDER BY trainee.name, session.task;
 
-For Parquet, DuckDB makes it of the sessions as CSV:
+DuckDB turns the sessions from CSV into Parquet:
   calot store export --csv --store centre.sqlite > sessions.csv
   duckdb -c \"COPY (FROM 'sessions.csv') TO 'sessions.parquet'\"
 
-Into PostgreSQL, each column as text:
+PostgreSQL takes them with each column as text:
   psql -c \"CREATE TABLE session ($(head -1 sessions.csv | sed 's/,/ text, /g') text)\"
   psql -c \"\\copy session FROM 'sessions.csv' CSV HEADER\"";
 
-/// Examples of a push.
+/// Help after the options of `calot store push`.
 const PUSH: &str = "\
 Examples:
   PGPASSWORD=… calot store push --to postgres://station@centre.example/calot
@@ -71,29 +71,29 @@ Examples:
   CALOT_LRS_USER=… CALOT_LRS_PASSWORD=… calot store push --to https://lrs.example/xapi
   */10 * * * *  calot store push --to-file ~/.config/calot/centre      in crontab: every ten minutes
 
-PostgreSQL: the first push makes the schema `calot` with trainee, session, point, forgotten and setting, so its user
-must own the database or have the right CREATE. Later, stations need USAGE on the schema, and SELECT, INSERT, UPDATE
-and DELETE on its tables. The line is encrypted, unless the server is on this computer or the address says
+PostgreSQL: the first push makes the schema `calot` with trainee, session, point, forgotten and setting, so the user of that
+push must own the database or have the right CREATE. Later, stations need USAGE on the schema, and SELECT, INSERT, UPDATE
+and DELETE on its tables. The connection is encrypted, unless the server is on this computer or the address says
 sslmode=disable.
 
 xAPI: no statement has a name. Its actor is a UUID that each station derives from the name, because equal names are
-one person; `calot store trainee NAME` prints it. Whoever has a statement can test a guess. Sessions of scripted
-hands are left out. A record store never deletes: it voids the statements of whoever was forgotten.
+one person; `calot store trainee NAME` prints it. Whoever has it can test if a guessed name is the right one. Sessions of scripted
+hands are left out. A record store never deletes: it voids the statements of forgotten trainees.
 
-Exit code 1: something waits in the store, or the centre refused it.";
+Exit code 1: results still wait in the store, or the centre refused them.";
 
-/// Examples of scoring again.
+/// Help after the options of `calot store rescore`.
 const RESCORE: &str = "\
 Examples:
-  calot report --rules-file > strict.toml           the rules, to be changed
+  calot report --rules-file > strict.toml           a copy of the rules, to change
   calot store rescore recordings --rules strict.toml --store centre.sqlite > rescored.csv
   calot store rescore monday tuesday/session.mcap   by each session's own rules, with this program's metrics
 
-Folders are searched with all folders in them for recordings (.mcap). A recording that cannot be read has the
-reason in the last column, and the exit code is 1. Each thread scores one recording at a time, so the time falls
+Folders are searched with all folders in them for recordings (.mcap). If a recording cannot be read, the last
+column has the reason, and the exit code is 1. Each thread scores one recording at a time, so the time falls
 with the number of cores.";
 
-/// Form of a scoring sheet in a file.
+/// Help after the options of `calot store sheet`: the form of a sheet in a file.
 const SHEETS: &str = "\
 A scoring sheet as a file:
   name = \"knots\"
@@ -143,10 +143,10 @@ pub(crate) enum StoreCommand {
     },
     /// Prints the built-in curriculum, to copy and change
     Curriculum,
-    /// Adds sessions afterwards and assesses them from their recordings: those of a run that was
-    /// killed, that named no trainee, or that the store refused. A session that breaks off before
-    /// its task was decided is kept as cut-short and counts in no curve. A session already in the
-    /// store stays unchanged
+    /// Adds sessions from their recordings, and assesses them. This is for runs that were killed,
+    /// that named no trainee, or that the store refused. A session that breaks off before its task
+    /// was decided is kept as cut-short and counts in no curve. A session already in the store
+    /// stays unchanged
     Add {
         /// Trainee to add them to; a recording does not name one
         #[arg(value_parser = parse_trainee)]
@@ -182,7 +182,8 @@ pub(crate) enum StoreCommand {
         /// Cohort, free text, e.g. novice; "" for none
         #[arg(long, value_name = "TEXT")]
         cohort: Option<String>,
-        /// Consent to studies: yes, no or unknown. `calot store study` leaves out who refused
+        /// Consent to studies: yes, no or unknown. `calot store study` leaves out trainees who
+        /// refused
         #[arg(long, value_name = "WHETHER", value_parser = parse_consent)]
         consent: Option<Consent>,
         #[command(flatten)]
@@ -194,8 +195,8 @@ pub(crate) enum StoreCommand {
         name: Option<String>,
     },
     /// Adds the contents of other stations' stores. Repeating it changes nothing. Equal names mean
-    /// the same person; session names differ between stations. Who was
-    /// forgotten, here or there, does not come back; sessions that began later do
+    /// the same person; session names differ between stations. A trainee who was forgotten in one
+    /// of the stores stays out; sessions that began later are added
     #[command(after_help = MERGED)]
     Merge {
         /// Stores to read, e.g. theatre-1.sqlite; they stay unchanged
@@ -206,14 +207,14 @@ pub(crate) enum StoreCommand {
         json: bool,
     },
     /// Sends results to a centre: into PostgreSQL, or as xAPI 2.0 statements to a learning record
-    /// store. What does not arrive waits in the store and goes with the next push. Repeating it
-    /// sends nothing twice, whatever ended the last push. Who was forgotten here is forgotten there
+    /// store. Results that do not arrive wait in the store for the next push. Repeating it sends
+    /// nothing twice, however the last push ended. The centre also forgets forgotten trainees
     #[command(after_help = PUSH)]
     Push(PushArgs),
     /// Forgets a trainee: overwrites name, sessions, answers and sheets. Recordings stay on disk;
-    /// the command lists them. A centre that has results is told by the next `calot store push`.
-    /// Marks remain, from which nothing can be read, so that a merge brings nothing of it back. Who
-    /// comes back by own wish works a new session under any name
+    /// the command lists them. A centre that has results learns of it by the next `calot store
+    /// push`. Marks remain, which show no name, so that a merge brings nothing of it back. To come
+    /// back, the trainee works a new session under any name
     Forget {
         /// Trainee
         name: String,
@@ -277,8 +278,9 @@ pub(crate) enum StoreCommand {
         json: bool,
     },
     /// Compares groups of trainees: writes study.csv (a row for each person and task) and
-    /// study.html (medians and quartiles, tests, learning, agreement of raters). Names are numbers
-    /// in both. Sessions of scripted hands, and those that were not realtime, are left out
+    /// study.html (medians and quartiles, tests, learning, agreement of raters). Both have
+    /// numbers instead of names. Sessions of scripted hands, and those that were not realtime, are
+    /// left out
     Study(StudyArgs),
     /// Asks a questionnaire in the terminal
     Ask {

@@ -80,7 +80,7 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
         StoreCommand::Site { name: None } => say::answer(file.read()?.site()?),
         StoreCommand::Merge { others, json } => {
             let into = file.path()?;
-            // Before a missing store is made, one that cannot be read is refused.
+            // Refuse a store that cannot be read before a missing store is made.
             for other in others {
                 Store::can_merge(&into, other)?;
             }
@@ -92,7 +92,7 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
         StoreCommand::Push(args) => return push::run(file, args),
         StoreCommand::Rescore(args) => return rescore::run(file, args),
         StoreCommand::Forget { name } => {
-            // Makes no store.
+            // Fail if there is no store, instead of making one.
             drop(file.read()?);
             forget(&mut file.open()?, name)?;
         }
@@ -168,7 +168,7 @@ fn merge(store: &mut Store, other: &Path, json: bool) -> Result<(), Problem> {
     }
     for name in &merged.forgotten_there {
         say::note(format_args!(
-            "{name} was forgotten there and is still here; `calot store forget` forgets here, too"
+            "'{name}' was forgotten in that store and is still in this one; `calot store forget` forgets here, too"
         ));
     }
     for [known, new] in &merged.alike {
@@ -189,7 +189,7 @@ fn merge(store: &mut Store, other: &Path, json: bool) -> Result<(), Problem> {
     }
     if merged.differing > 0 {
         say::note(format_args!(
-            "{} of these differ there; the versions here remain",
+            "{} of these differ in that store; this store keeps its own versions",
             merged.differing
         ));
     }

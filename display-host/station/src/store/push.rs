@@ -20,7 +20,7 @@ pub(super) fn run(file: &StoreFile, args: &PushArgs) -> Result<ExitCode, Problem
             Destination::shown(address, ca, &variable)?
         }
     };
-    // Makes no store.
+    // Fail if there is no store, instead of making one.
     drop(file.read()?);
     let pushed = push(&mut file.open()?, &to)?;
     if args.json {
@@ -57,7 +57,7 @@ fn tell(pushed: &Pushed) {
     }
     for name in &pushed.forgotten_there {
         say::note(format_args!(
-            "{name} was forgotten there and is still here; `calot store forget` forgets here, too"
+            "'{name}' was forgotten at the centre and is still in this store; `calot store forget` forgets here, too"
         ));
     }
     for session in &pushed.differing {

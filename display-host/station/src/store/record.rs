@@ -1,4 +1,4 @@
-//! Records of sessions for the store, from a run or from a recording and the summary beside it.
+//! Records of sessions for the store, from a run, or from a recording and the summary next to it.
 
 use std::path::Path;
 
@@ -62,8 +62,8 @@ pub(crate) fn circumstances_of(run: &Summary) -> Circumstances {
     }
 }
 
-/// Circumstances that the summary beside a recording tells; unknown if there is none of this
-/// session.
+/// Circumstances from the summary next to a recording. They are unknown if that is not the summary
+/// of this session.
 pub(super) fn circumstances_beside(recording: &Path, id: &str) -> Circumstances {
     let summary = recording.with_file_name("summary.json");
     let is_short = summary
@@ -71,10 +71,10 @@ pub(super) fn circumstances_beside(recording: &Path, id: &str) -> Circumstances 
         .is_ok_and(|it| it.is_file() && it.len() <= SUMMARY_MAX_BYTES);
     let text = is_short.then(|| std::fs::read(&summary).ok()).flatten();
     let read = text.and_then(|it| serde_json::from_slice(&it).ok());
-    circumstances_told(&read.unwrap_or_default(), id)
+    circumstances_from(&read.unwrap_or_default(), id)
 }
 
-fn circumstances_told(summary: &Value, id: &str) -> Circumstances {
+fn circumstances_from(summary: &Value, id: &str) -> Circumstances {
     if summary["session"] != id {
         return Circumstances::default();
     }
@@ -99,7 +99,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_summary_tells_the_circumstances_of_its_own_session_only() {
+    fn a_summary_gives_the_circumstances_of_its_own_session_only() {
         let folder = tempfile::tempdir().unwrap();
         let recording = folder.path().join("session.mcap");
         let none = Circumstances::default();

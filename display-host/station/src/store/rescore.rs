@@ -1,4 +1,4 @@
-//! `calot store rescore`: recordings of a whole centre are scored again, several at once.
+//! `calot store rescore`: scores many recordings again, several at once.
 
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
@@ -20,7 +20,7 @@ use crate::say;
 /// Sessions of the store by id, each with the name of its trainee.
 type Known = BTreeMap<String, (String, SessionRecord)>;
 
-/// Columns before the metrics, and after them.
+/// Columns before those of the metrics.
 const BEFORE: [&str; 10] = [
     "trainee",
     "session",
@@ -33,17 +33,18 @@ const BEFORE: [&str; 10] = [
     "outcome",
     "score",
 ];
+/// Columns after those of the metrics.
 const AFTER: [&str; 3] = ["metrics_version", "file", "problem"];
 
 /// A recording, or a folder that cannot be searched for recordings.
 #[derive(Debug, PartialEq)]
 struct Piece {
     path: PathBuf,
-    /// Reason for which nothing can be read.
+    /// Reason why it cannot be read, if it cannot.
     unread: Option<String>,
 }
 
-/// A recording that was scored, as a row; what changed.
+/// Row of a recording, and the differences from the store.
 struct Row {
     fields: Vec<String>,
     is_changed: bool,
@@ -56,7 +57,7 @@ pub(super) fn run(file: &StoreFile, args: &RescoreArgs) -> Result<ExitCode, Prob
     let known = known.unwrap_or_default();
     let mut recordings = Vec::new();
     for it in &args.recordings {
-        // What was named has to be there.
+        // Each named file or folder must exist.
         std::fs::metadata(it).map_err(|error| format!("{}: {error}", it.display()))?;
         search(it, &mut recordings);
     }
@@ -106,8 +107,8 @@ fn known(store: &Store) -> Result<Known, Problem> {
     Ok(known)
 }
 
-/// Adds a recording, or those in a folder and in all folders in it, sorted by name. Links to
-/// folders may lead in circles, and are not followed. A folder that cannot be read is added with
+/// Adds a recording, or all recordings in a folder and below it, sorted by name. Links to folders
+/// are not followed, because they may lead in circles. A folder that cannot be read is added with
 /// the reason.
 fn search(path: &Path, found: &mut Vec<Piece>) {
     let mut add = |unread| {
@@ -134,7 +135,8 @@ fn search(path: &Path, found: &mut Vec<Piece>) {
     }
 }
 
-/// Does pieces of work on a number of threads, and hands the results over in their order.
+/// Does `count` pieces of work on `jobs` threads. `take` gets the results in the order of the
+/// pieces.
 fn in_order<T: Send>(
     jobs: usize,
     count: usize,
@@ -156,12 +158,12 @@ fn in_order<T: Send>(
             });
         }
         drop(done);
-        let (mut wanted, mut early) = (0, BTreeMap::new());
+        let (mut next_result, mut early) = (0, BTreeMap::new());
         for (at, result) in results {
             early.insert(at, result);
-            while let Some(result) = early.remove(&wanted) {
+            while let Some(result) = early.remove(&next_result) {
                 take(result);
-                wanted += 1;
+                next_result += 1;
             }
         }
     });
@@ -276,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_read_is_a_row_with_the_reason_and_the_table_goes_on() {
+    fn an_unreadable_recording_is_a_row_with_the_reason_and_others_follow() {
         use std::os::unix::fs::PermissionsExt as _;
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);

@@ -51,15 +51,15 @@ pub(super) fn show(store: &Store, session: &str) -> Result<(), Problem> {
 pub(super) struct Filled<'a> {
     pub(super) session: &'a str,
     pub(super) form: &'a Sheet,
-    /// Name, and whether the rater did not know who operated.
+    /// Name, and true if the rater did not know who operated.
     pub(super) rater: (&'a str, bool),
-    /// None: the terminal asks for them.
+    /// If they are empty, the terminal asks for them.
     pub(super) points: &'a [u8],
 }
 
 impl Filled<'_> {
-    /// Stores the sheet; asks for the points if none are given. `replaces`: an earlier sheet of the
-    /// same rater goes.
+    /// Stores the sheet; asks for the points if none are given. With `replaces`, it replaces an
+    /// earlier sheet by the same rater.
     pub(super) fn store(
         &self,
         file: &StoreFile,
@@ -72,8 +72,8 @@ impl Filled<'_> {
             rater,
             ..
         } = *self;
-        // Before anybody is asked, a session that is not there is refused, a rater's name that
-        // looks like another's, and a second sheet.
+        // Before any question, refuse a session that does not exist, a rater's name that looks like
+        // another's, and a second sheet.
         let store = file.read()?;
         store.ratings(session)?;
         new.confirm(&store, rater.0)?;

@@ -1,4 +1,4 @@
-//! Shows instructors the state of a task while it runs.
+//! Sends the state of a running task to the instructors' displays.
 
 use assess::{Assessment, Difficulty, Metric, Task};
 use display_host::latency::now_ns;
@@ -9,7 +9,8 @@ use shared_mem::task::TaskMsg;
 use super::view::view_of;
 use crate::say;
 
-/// Sends bulletins to the instructors' displays. Create it in the thread that sends.
+/// Sends bulletins: the state of a task as text, with score, steps, newest alarms and metrics.
+/// Create it in the thread that sends.
 pub(super) struct Board(Option<TaskSender>);
 
 impl Board {
@@ -18,13 +19,13 @@ impl Board {
         let sender = TaskSender::open(station);
         if let Err(problem) = &sender {
             say::note(format_args!(
-                "warning: instructors see no metrics: {problem}"
+                "warning: instructors do not see the state of the task: {problem}"
             ));
         }
         Self(sender.ok())
     }
 
-    /// Sends the current state.
+    /// Sends a bulletin about the current state.
     pub(super) fn post(&self, task: Task, difficulty: Difficulty, assessment: &Assessment) {
         let Some(sender) = &self.0 else { return };
         let text = bulletin(task, difficulty, assessment).text();
@@ -43,11 +44,11 @@ fn bulletin(task: Task, difficulty: Difficulty, assessment: &Assessment) -> Bull
     let metrics = Metric::ALL.into_iter().filter_map(|metric| {
         let value = values.get(metric);
         // Values that are zero or undefined are left out.
-        let is_news = value.is_finite() && value.abs() > 0.0;
-        is_news.then(|| (metric.name().to_owned(), metric.unit().to_owned(), value))
+        let has_value = value.is_finite() && value.abs() > 0.0;
+        has_value.then(|| (metric.name().to_owned(), metric.unit().to_owned(), value))
     });
     Bulletin {
-        // An instructor also sees what an exam hides from the trainee.
+        // An instructor also sees the score and the steps that an exam hides from the trainee.
         task: view_of(task, Difficulty::Trainee, assessment.status()),
         difficulty: difficulty.name().to_owned(),
         alarms: newest
@@ -70,12 +71,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_instructor_is_told_of_an_exam_s_score() {
+    fn an_instructor_sees_the_score_of_an_exam() {
         let rules = Rules::default();
         let assessment = Assessment::new(Task::Cut, Difficulty::Exam, rules, Anatomy::default());
-        let told = bulletin(Task::Cut, Difficulty::Exam, &assessment);
-        assert_eq!((&*told.difficulty, &*told.task.task), ("exam", "cut"));
-        assert!(told.task.score.is_some());
-        assert!(TaskMsg::new(0, &told.text()).is_some());
+        let sent = bulletin(Task::Cut, Difficulty::Exam, &assessment);
+        assert_eq!((&*sent.difficulty, &*sent.task.task), ("exam", "cut"));
+        assert!(sent.task.score.is_some());
+        assert!(TaskMsg::new(0, &sent.text()).is_some());
     }
 }

@@ -1,5 +1,5 @@
-//! A task while it runs. A thread assesses the entries that the recorder writes, so that the
-//! trainee's live view equals the assessment of the recording.
+//! A task while it runs. A thread assesses the entries that the recorder writes, so that the live
+//! view of the trainee equals the assessment of the recording.
 
 pub(crate) mod args;
 mod board;
@@ -260,6 +260,8 @@ impl Live {
     }
 }
 
+/// Assesses the entries of `course` until it ends. Shows the assessment at intervals, and at once
+/// when the task is decided.
 fn follow(
     mut assessment: Assessment,
     course: &Receiver<Entry>,
@@ -360,7 +362,7 @@ mod tests {
     }
 
     #[test]
-    fn an_exam_tells_only_the_time_until_it_is_over() {
+    fn an_exam_shows_only_the_time_until_it_is_over() {
         let view = view_of(Task::Cut, Difficulty::Exam, status(Outcome::Running));
         assert_eq!((view.steps.len(), view.score, view.end), (0, None, None));
         let view = view_of(Task::Cut, Difficulty::Exam, status(Outcome::Failed));
@@ -395,7 +397,7 @@ mod tests {
     }
 
     #[test]
-    fn no_task_is_no_assessment_and_rules_are_read_first() {
+    fn without_a_task_nothing_is_assessed_and_rules_are_read_first() {
         assert!(
             Assigned::read(&TaskArgs::default(), false)
                 .unwrap()

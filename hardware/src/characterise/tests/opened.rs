@@ -123,7 +123,7 @@ fn an_opening_that_cannot_be_measured_gives_a_reason_and_does_not_affect_the_res
 }
 
 #[test]
-fn a_handle_without_an_opening_gets_none() {
+fn a_device_without_an_opening_gets_no_opening_result() {
     let of = SimulatedBody::free(HapticModel::TouchRig);
     let (mut device, mut clock) = simulated(HapticModel::TouchRig, of, nobody());
     let records = measure(device.as_mut(), &mut clock, &ALONE, &mut |_| {}).unwrap();
@@ -143,11 +143,11 @@ fn a_wall_along_the_opening_is_found_under_fingers() {
     let (device, mut clock) = simulated(HANDLE, of, Box::new(pressing_m));
     clock.squeezes = true;
     let mut device = FaultyDriver::new(device, 2);
-    let mut told = Vec::new();
+    let mut lines = Vec::new();
     let walls = wall(&mut device, &mut clock, Place::Opening, None, &mut |line| {
-        told.push(line.to_owned());
+        lines.push(line.to_owned());
     });
     let walls = walls.unwrap();
     let (still, buzzes) = (walls.still_n_m.unwrap(), walls.buzzes_n_m.unwrap());
-    assert!(!walls.was_left && buzzes <= 1.11 * still, "{told:?}");
+    assert!(!walls.was_left && buzzes <= 1.11 * still, "{lines:?}");
 }

@@ -99,7 +99,7 @@ fn unplugged_device_ends_every_experiment() {
 }
 
 #[test]
-fn a_person_can_stop_it_at_any_time() {
+fn a_person_can_stop_the_measurement_at_any_time() {
     for at_s in [0.0, 0.5, 7.0, 9.0] {
         let (halt, said) = halted(Disturbance {
             watch: Box::new(move |now_s, _| now_s < at_s),
@@ -111,7 +111,7 @@ fn a_person_can_stop_it_at_any_time() {
 }
 
 #[test]
-fn a_fault_or_silence_ends_it() {
+fn a_fault_or_silence_ends_the_measurement() {
     let (_, said) = halted(Disturbance {
         change: Box::new(|device| device.findings.faults.raise(Fault::DeviceClock)),
         ..Disturbance::default()
@@ -142,7 +142,7 @@ fn a_handle_outside_the_middle_is_refused_without_force() {
 }
 
 #[test]
-fn a_weight_beyond_the_force_ends_it() {
+fn a_weight_or_friction_beyond_the_force_ends_the_measurement() {
     let (halt, said) = halted(Disturbance {
         of: SimulatedBody {
             load_n: Vec3::new(0.0, -1.5, 0.0),

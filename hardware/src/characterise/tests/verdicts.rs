@@ -58,7 +58,7 @@ fn differences_are_reported_with_their_consequence() {
         ),
         "{said}"
     );
-    assert!(said.contains("x: it sticks"), "{said}");
+    assert!(said.contains("x: the handle sticks"), "{said}");
 
     let mut safe = found(2.0, 0.26, 0.26, 0.001);
     safe.declared.delay_s = 0.005;
@@ -77,7 +77,7 @@ fn a_declared_stiffness_is_compared_with_that_of_the_wall() {
     let mut found = found(0.2, 0.26, 0.26, 0.002);
     for (still, buzzes, expected, line) in [
         (Some(600.0), Some(650.0), "declare less", true),
-        (Some(200.0), None, "stiffer ones were not pressed", false),
+        (Some(200.0), None, "stiffer walls were not pressed", false),
         (Some(1500.0), Some(1600.0), "that holds", false),
         (None, Some(100.0), "even a wall of 100 N/m buzzes", false),
         (Some(20e3), None, "no wall buzzed, up to 20000 N/m", false),

@@ -54,19 +54,19 @@ fn pressed(body: Body, hand: HandLaw) -> Result<(Wall, Vec<String>), Halt> {
     let (device, mut clock) = simulated(HapticModel::TouchRig, held(body), hand);
     let mut device = FaultyDriver::new(device, LATE_MS);
     let sent = device.sent.clone();
-    let mut told = Vec::new();
+    let mut lines = Vec::new();
     let walls = wall(
         &mut device,
         &mut clock,
         Place::Workspace,
         None,
         &mut |line| {
-            told.push(line.to_owned());
+            lines.push(line.to_owned());
         },
     );
     assert!(sent.borrow().0 <= 0.88 + 1e-6, "{:?}", sent.borrow());
     assert_eq!(sent.borrow().1.to_bits(), 0, "no force remains");
-    walls.map(|it| (it, told))
+    walls.map(|it| (it, lines))
 }
 
 #[test]
@@ -79,9 +79,9 @@ fn the_stiffest_stable_wall_is_that_of_a_simple_simulation() {
         let stiffnesses = (0..80).map(|i| 100.0 * 1.05f32.powi(i));
         let mut buzzing = stiffnesses.filter(|k| swing_m(body, *k) > SWING_M as f32);
         let truth_n_m = f64::from(buzzing.next().unwrap());
-        let (walls, told) = pressed(body, presses()).unwrap();
+        let (walls, lines) = pressed(body, presses()).unwrap();
         let (still, buzzes) = (walls.still_n_m.unwrap(), walls.buzzes_n_m.unwrap());
-        assert!(!walls.was_left, "{told:?}");
+        assert!(!walls.was_left, "{lines:?}");
         assert!(buzzes <= 1.11 * still, "{walls:?}");
         let ratio = (still * buzzes).sqrt() / truth_n_m;
         assert!(
@@ -91,27 +91,27 @@ fn the_stiffest_stable_wall_is_that_of_a_simple_simulation() {
         let buzz = walls.trials.iter().find_map(|trial| trial.buzz).unwrap();
         assert!((10.0..300.0).contains(&buzz.0), "{buzz:?}");
         assert!(
-            told.iter().any(|line| line.contains("buzzes with")),
-            "{told:?}"
+            lines.iter().any(|line| line.contains("buzzes with")),
+            "{lines:?}"
         );
     }
 }
 
 #[test]
 fn a_wall_that_nobody_presses_gets_no_result() {
-    let (walls, told) = pressed(Body::TOUCH, Box::new(|_| Vec3::y() * 0.008)).unwrap();
+    let (walls, lines) = pressed(Body::TOUCH, Box::new(|_| Vec3::y() * 0.008)).unwrap();
     assert!(walls.was_left && walls.trials.is_empty());
     assert!(
-        told.iter().any(|line| line.contains("Tap the wall")),
-        "{told:?}"
+        lines.iter().any(|line| line.contains("Tap the wall")),
+        "{lines:?}"
     );
-    let (walls, told) = pressed(Body::TOUCH, Box::new(|_| Vec3::y() * -0.01)).unwrap();
+    let (walls, lines) = pressed(Body::TOUCH, Box::new(|_| Vec3::y() * -0.01)).unwrap();
     assert!(walls.was_left, "{walls:?}");
-    assert!(told[0].contains("Lift the handle"), "{told:?}");
+    assert!(lines[0].contains("Lift the handle"), "{lines:?}");
 }
 
 #[test]
-fn a_fast_hand_ends_it() {
+fn a_fast_hand_ends_the_search() {
     let throws: HandLaw = Box::new(|at_s| Vec3::y() * (0.008 + 4.0 * (at_s - 0.5).max(0.0) as f32));
     let halt = pressed(Body::TOUCH, throws).unwrap_err();
     assert!(matches!(halt, Halt::Fast { .. }), "{halt}");
@@ -120,7 +120,7 @@ fn a_fast_hand_ends_it() {
 }
 
 #[test]
-fn a_hand_that_leaves_the_middle_ends_it() {
+fn a_hand_that_leaves_the_middle_ends_the_search() {
     let leaves: HandLaw = Box::new(|at_s| Vec3::y() * (0.008 + 0.1 * at_s as f32).min(0.09));
     let halt = pressed(Body::TOUCH, leaves).unwrap_err();
     assert!(matches!(halt, Halt::Outside { .. }), "{halt}");

@@ -102,8 +102,7 @@ fn a_rotation_is_packed_column_by_column() {
         f32::from_be_bytes(*bytes)
     };
     assert!((number(0) - 0.5f32.cos()).abs() < 1e-6, "R11");
-    let (r21, r11) = (number(1), "R21 follows R11");
-    assert!((r21 - 0.5f32.sin()).abs() < 1e-6, "{r11}");
+    assert!((number(1) - 0.5f32.sin()).abs() < 1e-6, "R21 follows R11");
     for (index, mm) in [(9, 10.0), (10, -20.0), (11, 30.0)] {
         assert!((number(index) - mm).abs() < 1e-5);
     }

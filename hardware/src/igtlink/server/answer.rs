@@ -57,14 +57,14 @@ impl Server {
                 }
                 Incoming::Damaged { kind } => {
                     let words = format!("the checksum or the extended header of {kind} is wrong");
-                    let told = self.status(Code::Checksum, "damaged", &words, unix_ns);
-                    (Version::One, vec![told])
+                    let message = self.status(Code::Checksum, "damaged", &words, unix_ns);
+                    (Version::One, vec![message])
                 }
                 Incoming::Noise => {
                     let words = "this is no OpenIGTLink header of version 1, 2 or 3; \
                                  nothing more is read on this connection";
-                    let told = self.status(Code::UnknownVersion, "noise", words, unix_ns);
-                    (Version::One, vec![told])
+                    let message = self.status(Code::UnknownVersion, "noise", words, unix_ns);
+                    (Version::One, vec![message])
                 }
             };
             for answer in answers {
@@ -121,14 +121,14 @@ impl Server {
             return found;
         }
         let names: Vec<&str> = of_kind().map(|it| it.name.as_str()).collect();
-        let told = if names.is_empty() {
+        let message = if names.is_empty() {
             let words = format!("there is no {kind} at present");
             self.status(Code::NotReady, "nothing yet", &words, unix_ns)
         } else {
             let words = format!("there is no {kind} '{name}', but {}", names.join(", "));
             self.status(Code::NotFound, "unknown name", &words, unix_ns)
         };
-        vec![told]
+        vec![message]
     }
 
     fn stop_tracking(&self, client: &mut Client, form: Form, unix_ns: u64) -> Vec<Message> {

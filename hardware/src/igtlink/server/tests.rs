@@ -43,7 +43,7 @@ fn until(server: &mut Server, messages: &[Message], mut done: impl FnMut(&Server
         }
         std::thread::sleep(Duration::from_millis(1));
     }
-    panic!("it does not happen");
+    panic!("the awaited state did not come within a minute");
 }
 
 /// Reads one message: its version, type and name, and its content.

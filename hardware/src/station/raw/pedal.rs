@@ -55,7 +55,7 @@ impl File<'_> {
             let what = if !(1..=8).contains(&number) {
                 format!("handle_buttons.{name} is {number}, allowed is 1 to 8")
             } else if taken & (1 << (number - 1)) != 0 {
-                format!("handle_buttons.{name} is {number}, which has another role already")
+                format!("handle_buttons.{name} is {number}, a button that has another role already")
             } else {
                 taken |= 1 << (number - 1);
                 return Ok(Some(number));
@@ -100,7 +100,7 @@ impl File<'_> {
         let keys = [&raw.cut_key, &raw.coagulate_key, &raw.camera_lock_key];
         for key in keys.into_iter().flatten() {
             let what = if raw.driver != RawPedalDriver::Evdev {
-                "keys are a USB pedal's: only driver \"evdev\" has them".to_owned()
+                "only a USB pedal (driver \"evdev\") has keys: remove the key, or correct the driver".to_owned()
             } else if *key.get_ref() > KEY_MAX {
                 format!("the key is {}, allowed is 0 to {KEY_MAX}", key.get_ref())
             } else {

@@ -72,7 +72,10 @@ impl File<'_> {
         {
             return Ok(position);
         }
-        let what = format!("{name} lies outside ±{ROOM_M} m; is it in metres?");
+        let [x, y, z] = *raw.get_ref();
+        let what = format!(
+            "{name} is {x}, {y}, {z}, allowed is -{ROOM_M} to {ROOM_M} m along each axis. Is it in metres?"
+        );
         Err(self.error(raw.span().start, what))
     }
 
@@ -96,7 +99,9 @@ impl File<'_> {
         let quaternion = Quaternion::new(w, x, y, z);
         let norm = quaternion.norm();
         if !(0.99..=1.01).contains(&norm) {
-            let what = format!("{name}.rotation_xyzw has length {norm}, a rotation has length 1");
+            let what = format!(
+                "{name}.rotation_xyzw has length {norm}, allowed is 0.99 to 1.01: a unit quaternion"
+            );
             return Err(self.error(raw.rotation_xyzw.span().start, what));
         }
         let rotation = UnitQuaternion::new_normalize(quaternion);

@@ -123,7 +123,7 @@ fn buttons_of_the_handle_may_replace_a_pedal() {
         ("cut = 9\n", ":2: handle_buttons.cut is 9"),
         (
             "cut = 2\ncoagulate = 2\n",
-            ":3: handle_buttons.coagulate is 2, which has another",
+            ":3: handle_buttons.coagulate is 2, a button that has another",
         ),
     ] {
         let error = roles(&format!("[handle_buttons]\n{wrong}")).unwrap_err();
@@ -205,7 +205,7 @@ fn every_mistake_is_named_with_its_line() {
             ":13: bird is 2, allowed is 1 to 1",
         ),
         ("\"touch\"", "\"hapi\"", ":5: driver \"hapi\" needs device"),
-        ("\"evdev\"", "\"modem\"", ":19: keys are a USB pedal's"),
+        ("\"evdev\"", "\"modem\"", ":19: only a USB pedal"),
         ("cut_key = 30", "cut_key = 3000", ":19: the key is 3000"),
         (
             "[0.1, 0.0, 0.2]",
@@ -231,12 +231,12 @@ fn every_mistake_is_named_with_its_line() {
         (
             "[0.0, 0.02, 0.18]",
             "[0.0, 20.0, 180.0]",
-            ":26: ports.instrument_m lies outside",
+            ":26: ports.instrument_m is 0, 20, 180, allowed is -5 to 5 m",
         ),
         (
             "[-0.1, 0.0, 0.0]",
             "[-100.0, 0.0, 0.0]",
-            ":35: landmarks.position_m lies outside",
+            ":35: landmarks.position_m is -100, 0, 0",
         ),
         (
             "\"wet\"",

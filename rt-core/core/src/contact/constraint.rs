@@ -3,8 +3,8 @@
 //! A constraint demands that a tool and the tissue under it do not overlap. Two things take up the
 //! overlap: the spheres move away, and the contact model makes a dent. The model is a half-space
 //! ([`crate::contact::law`]) or the wall of a tube. The contact force pushes the spheres, and the
-//! hand feels it. The constraints of an organ are solved by Gauss–Seidel in every substep, from the
-//! last forces (warm start).
+//! hand feels it. The constraints of an organ are solved by Gauss–Seidel in every substep, starting
+//! from the last forces (warm start).
 
 use heapless::Vec;
 
@@ -33,8 +33,8 @@ const WARM_START_SHARE: f32 = 0.75;
 /// Damping of a tube under a tool, per second. It stands for the fluid and tissue around a thin
 /// tube. Without damping, the tube would vibrate on its wall spring and bounce off the tool. The
 /// damping acts on the speed relative to the world, so it holds back a tube that the tool carries
-/// along. That force is mass × this rate × speed: a few mN for a duct. A larger rate damps the tube
-/// more and holds it back more.
+/// along, with a force of mass × this rate × speed: a few mN for a duct. A larger rate damps the
+/// tube more and holds it back more.
 const DAMPING_PER_S: f32 = 1500.0;
 
 /// Separation, m, below which a candidate may touch before the tick ends. A fault is raised if such
@@ -181,9 +181,9 @@ pub(crate) struct ContactConstraint {
     pub(crate) friction_stiffness_n_m: f32,
     /// Position of the patch before the solve, m.
     patch_start_m: Vec3,
-    /// Height of `center_m` over the patch at which the separation is zero, m. On skin it begins
-    /// with the tool's radius plus the height of the curved skin over the patch. Subtracted are the
-    /// depth by which the skin has sunk, and the offset of [`crate::contact::separation`].
+    /// Height of `center_m` over the patch at which the separation is zero, m. On skin it is the
+    /// tool's radius, plus the height of the curved skin over the patch, minus the depth by which
+    /// the skin has sunk, minus the offset of [`crate::contact::separation`].
     touching_height_m: f32,
     inverse_mass_per_kg: f32,
 }
@@ -220,8 +220,8 @@ impl ContactSite {
 }
 
 impl ContactConstraint {
-    /// The data of this contact from which the other contacts learn how far it displaces them.
-    /// `number` is its index among all constraints.
+    /// Data of this contact that give its displacement of the other contacts. `number` is the index
+    /// of this contact among all constraints.
     fn loaded(&self, number: usize) -> LoadedContact {
         let law = match self.model {
             ContactModel::HalfSpace(law) => Some(law),

@@ -186,15 +186,15 @@ mod tests {
         /// Friction never exceeds μ F, never acts along the normal, and never makes energy.
         #[test]
         fn friction_makes_no_energy(
-            ways in prop::collection::vec((vector(3.0e-4), 1.0f32..300.0, 0.0f32..0.05), 1..60),
+            travels_m in prop::collection::vec((vector(3.0e-4), 1.0f32..300.0, 0.0f32..0.05), 1..60),
         ) {
             let (mut bristle, mut given_j) = (Bristle::RELAXED, 0.0f64);
-            for (way, stiffness_n_m, force_max_n) in ways {
-                let (next, pull_n) = tick(bristle, way, stiffness_n_m, force_max_n);
+            for (travel_m, stiffness_n_m, force_max_n) in travels_m {
+                let (next, pull_n) = tick(bristle, travel_m, stiffness_n_m, force_max_n);
                 prop_assert!(math::norm(&pull_n) <= force_max_n * 1.0001);
                 prop_assert!(pull_n.z.abs() < 1.0e-9);
                 // Work of an implicit step: the force at its end over its whole travel.
-                given_j -= f64::from(pull_n.dot(&way));
+                given_j -= f64::from(pull_n.dot(&travel_m));
                 bristle = next;
                 let stored_j = f64::from(0.5 * stiffness_n_m * bristle.deflection_m.norm_squared());
                 prop_assert!(stored_j <= given_j + 1.0e-9, "{stored_j} of {given_j}");
@@ -203,22 +203,22 @@ mod tests {
 
         /// A sliding bristle pulls against the travel.
         #[test]
-        fn sliding_friction_opposes_the_travel(way in vector(1.0e-3), force_max_n in 1.0e-4f32..0.01) {
-            prop_assume!(math::norm(&tangential(&way, &UP)) > 1.0e-4);
-            let (_, pull_n) = tick(Bristle::RELAXED, way, 300.0, force_max_n);
-            let against = -pull_n.dot(&tangential(&way, &UP));
-            let size = math::norm(&pull_n) * math::norm(&tangential(&way, &UP));
+        fn sliding_friction_opposes_the_travel(travel_m in vector(1.0e-3), force_max_n in 1.0e-4f32..0.01) {
+            prop_assume!(math::norm(&tangential(&travel_m, &UP)) > 1.0e-4);
+            let (_, pull_n) = tick(Bristle::RELAXED, travel_m, 300.0, force_max_n);
+            let against = -pull_n.dot(&tangential(&travel_m, &UP));
+            let size = math::norm(&pull_n) * math::norm(&tangential(&travel_m, &UP));
             prop_assert!(against > 0.999 * size);
         }
 
         /// Friction is the same in a turned and in a mirrored frame.
         #[test]
-        fn friction_is_isotropic(first in vector(3.0e-4), way in vector(3.0e-4), turn in vector(3.0)) {
+        fn friction_is_isotropic(first in vector(3.0e-4), travel_m in vector(3.0e-4), turn in vector(3.0)) {
             let pull = |map: &dyn Fn(&Vec3) -> Vec3| {
                 let up = map(&UP);
                 let begun = Bristle::RELAXED.on(&up, 100.0);
                 let begun = begun.after(&begun.pull_n(&map(&first), &up, 0.001, 0.02));
-                begun.on(&up, 120.0).pull_n(&map(&way), &up, 0.001, 0.02)
+                begun.on(&up, 120.0).pull_n(&map(&travel_m), &up, 0.001, 0.02)
             };
             let here = pull(&|v| *v);
             let turn = Quat::from_scaled_axis(turn);

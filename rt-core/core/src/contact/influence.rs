@@ -1,7 +1,8 @@
 //! Mutual influence of the contacts on one skin, beyond the influence that the spheres transmit.
 //!
-//! The solver reads these values in every pass, so they lie close together in memory. A whole
-//! [`crate::contact::constraint::ContactConstraint`] takes a kilobyte and a half.
+//! The solver reads these data in every pass, so a [`LoadedContact`] holds nothing else, and the
+//! contacts lie close together in memory. A whole [`crate::contact::constraint::ContactConstraint`]
+//! takes a kilobyte and a half.
 
 use heapless::Vec;
 
@@ -154,7 +155,7 @@ mod tests {
             let shaft = Shape::Cylinder { radius_m, length_m: 2.4 * radius_m };
             let shaft = loaded(shaft, Vec3::x() * apart_m, shaft_n);
             let compliance_m_n = |loaded: &LoadedContact| {
-                let law = loaded.law.expect("it has one");
+                let law = loaded.law.expect("half-space law");
                 let depth_m = |force_n: f32| {
                     let (mut low, mut high) = (0.0f32, 0.1f32);
                     for _ in 0..40 {
@@ -168,7 +169,7 @@ mod tests {
             };
             let compliance_min_m_n = compliance_m_n(&tip).min(compliance_m_n(&shaft));
             let self_influence_distance_m = tip.self_influence_distance_m.max(shaft.self_influence_distance_m);
-            let influence_m_n = tip.law.expect("it has one").influence_m_n(apart_m, self_influence_distance_m);
+            let influence_m_n = tip.law.expect("half-space law").influence_m_n(apart_m, self_influence_distance_m);
             prop_assert!(influence_m_n < 1.1 * compliance_min_m_n, "{influence_m_n} {compliance_min_m_n}");
         }
     }

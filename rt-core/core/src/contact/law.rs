@@ -458,9 +458,9 @@ mod tests {
     fn shape() -> impl Strategy<Value = Shape> {
         prop_oneof![
             (0.0008f32..0.02).prop_map(|radius_m| Shape::Ball { radius_m }),
-            (0.0008f32..0.02, 1.0f32..4.0).prop_map(|(radius_m, by)| Shape::Cylinder {
+            (0.0008f32..0.02, 1.0f32..4.0).prop_map(|(radius_m, aspect)| Shape::Cylinder {
                 radius_m,
-                length_m: by * radius_m
+                length_m: aspect * radius_m
             }),
         ]
     }
@@ -483,16 +483,16 @@ mod tests {
         /// The force solves the equation, grows with depth, and has no steps.
         #[test]
         fn force_grows_with_depth_without_steps(
-            shape in shape(), patch_width_m in 0.003f32..0.03, separation_m in 1.0e-5f32..0.03, yields in 1.0e-6f32..1.0e-3,
+            shape in shape(), patch_width_m in 0.003f32..0.03, separation_m in 1.0e-5f32..0.03, sphere_compliance_m_n in 1.0e-6f32..1.0e-3,
             curvature_per_m in -600.0f32..600.0,
         ) {
             let law = Law::new(shape, MODULUS_PA, patch_width_m, curvature_per_m);
-            let (force_n, _) = law.force_n(-separation_m, yields);
-            let (more_n, _) = law.force_n(-separation_m * 1.01, yields);
+            let (force_n, _) = law.force_n(-separation_m, sphere_compliance_m_n);
+            let (more_n, _) = law.force_n(-separation_m * 1.01, sphere_compliance_m_n);
             prop_assert!(force_n > 0.0 && force_n.is_finite());
             prop_assert!(more_n >= force_n * 0.9999);
             // No contact is stiffer than the spheres alone.
-            prop_assert!(more_n - force_n <= 0.011 * separation_m / yields + 1.0e-4 * force_n);
+            prop_assert!(more_n - force_n <= 0.011 * separation_m / sphere_compliance_m_n + 1.0e-4 * force_n);
         }
 
         /// At one place, the influence equals the contact's own compliance. If the influence were
@@ -510,7 +510,7 @@ mod tests {
         /// The influence times the force grows no faster than the contact's own dent, at any
         /// distance. Otherwise two contacts side by side would have two answers.
         #[test]
-        fn influence_never_grows_faster_than_the_own_dent(
+        fn influence_grows_no_faster_than_the_contacts_own_dent(
             shape in shape(), deep in 0.01f32..3.0, aside in 0.0f32..5.0, curvature_per_m in -300.0f32..300.0,
         ) {
             let (Shape::Ball { radius_m } | Shape::Cylinder { radius_m, .. }) = shape;

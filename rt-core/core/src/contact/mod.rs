@@ -45,9 +45,9 @@
 //! | cylinder of length `l` | `π E* l a² / (4 R)` | `a²/(2 R) (ln(2 l / a) + ½)` | Hertz |
 //!
 //! A ball's force is divided by `1 + 0.06 δ/R`, because a neo-Hookean half-space is softer than a
-//! linear one (Zhang, Cao, Li and Feng 2014). The curvature of the skin at rest adds to the ball's
-//! own; the skin around the contact is taken as a paraboloid. Concave skin lowers the sum, to half
-//! of the ball's curvature at least.
+//! linear one (Zhang, Cao, Li and Feng 2014). The curvature of the skin at rest adds to the
+//! curvature of the ball; the skin around the contact is taken as a paraboloid. Concave skin lowers
+//! the sum, to half of the ball's curvature at least.
 //!
 //! Preparation computes the patch's width, and with it `c`, from the tissue's stiffness around each
 //! vertex. The patch under a tool is at least 0.8 of the tool's radius wide; under a thin ball 1.3

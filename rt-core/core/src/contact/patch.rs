@@ -59,10 +59,10 @@ impl Patch {
 
     /// Inverse mass of the point, 1/kg: `Σ wᵢ² / mᵢ` over spheres of weight `wᵢ` and mass `mᵢ`.
     pub(crate) fn inverse_mass_per_kg(&self, bodies: &Bodies) -> f32 {
-        let yields = |(sphere, weight): (u32, f32)| {
+        let inverse_mass_share = |(sphere, weight): (u32, f32)| {
             bodies.nodes.at(sphere).inverse_mass_per_kg() * weight * weight
         };
-        self.spheres().map(yields).sum()
+        self.spheres().map(inverse_mass_share).sum()
     }
 
     /// Reduces the travel of each sphere in this substep by this share times the sphere's weight.
@@ -145,7 +145,7 @@ mod tests {
     proptest! {
         /// The builder makes the same patch as `Patch::add`.
         #[test]
-        fn builder_makes_the_plain_patch(spheres in prop::collection::vec((0u16..4096, -1.0f32..1.0), 0..300),
+        fn patch_builder_makes_the_same_patch_as_patch_add(spheres in prop::collection::vec((0u16..4096, -1.0f32..1.0), 0..300),
                                       few in 1u16..240) {
             let (mut quick, mut plain) = (PatchBuilder::default(), Patch::default());
             for (sphere, weight) in spheres {

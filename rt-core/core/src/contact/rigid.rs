@@ -9,18 +9,17 @@ use crate::contact::separation::FilteredSeparation;
 use crate::math::{self, Vec3};
 use crate::tool::{Capsule, Role, Tool};
 
-/// Stiffness of the contact, N/m. It feels hard to a hand. The limit of the output lowers it to
-/// what the device can render.
+/// Stiffness of the contact, N/m. It feels hard to a hand. The output limit lowers it to the
+/// stiffness that the device can render.
 const STIFFNESS_N_M: f32 = 2000.0;
 /// A part that is closer than this is tracked, m. At up to 3 m/s each, both tools together travel
 /// less in a tick, so the part's side is known before it touches.
 const NEAR_M: f32 = 0.0065;
 
-/// A contact that has opened pushes on for a short time. Tools that are farther apart than this do
-/// not push, m.
+/// Largest gap, m, across which a contact that has opened still pushes for a short time.
 const OPENING_MAX_M: f32 = 0.000_5;
-/// Travel of both tools in a tick above which the pose has jumped, m, as when a device was
-/// unplugged or stalled.
+/// Travel of both tools in a tick that counts as a jump of the pose, m. A pose jumps after its
+/// device was unplugged or stalled.
 const MOTION_MAX_M: f32 = 0.02;
 
 /// A part of the instrument near the endoscope, at the end of a tick.
@@ -307,7 +306,7 @@ mod tests {
     proptest! {
         /// No two places of the axes are closer than the closest approach.
         #[test]
-        fn no_places_of_the_axes_are_closer(a in vector(1.0), b in vector(1.0), c in vector(1.0), d in vector(1.0),
+        fn no_places_of_two_axes_are_closer_than_the_nearest(a in vector(1.0), b in vector(1.0), c in vector(1.0), d in vector(1.0),
                           u in 0.0f32..1.0, v in 0.0f32..1.0) {
             let (one, other) = (rod(a, b, Role::Shaft), rod(c, d, Role::Endoscope));
             let [s, t] = nearest(&one, &other);
@@ -317,9 +316,9 @@ mod tests {
         }
 
         /// The force of a shaft that rests on the endoscope follows from the true overlap of the
-        /// capsules. This holds at any angle, and wherever along both they touch.
+        /// capsules. This holds at any angle and any place of contact along both axes.
         #[test]
-        fn steel_force_is_of_the_true_overlap(
+        fn steel_force_follows_from_the_true_overlap(
             along_m in -0.1f32..0.1, length_m in 0.05f32..0.25, pivot in 0.0f32..1.0, depth_m in 1.0e-4f32..1.0e-3,
             turn in -0.2f32..0.2, tilt in -0.02f32..0.02,
         ) {
@@ -349,8 +348,8 @@ mod tests {
         }
 
         /// A shaft rests on the endoscope and turns through parallel by a milliradian a tick
-        /// (60°/s). Neither its contact point nor its force has a step, wherever along both they
-        /// touch.
+        /// (60°/s). Neither its contact point nor its force has a step, at any place of contact
+        /// along both axes.
         #[test]
         fn turn_through_parallel_has_no_step(
             along_m in -0.1f32..0.1, length_m in 0.05f32..0.25, pivot in 0.0f32..1.0,

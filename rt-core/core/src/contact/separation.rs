@@ -100,7 +100,7 @@ mod tests {
     const OPENING_MAX_M: f32 = 0.003;
 
     #[test]
-    fn deep_contact_begins_without_depth_and_reaches_it() {
+    fn deep_contact_begins_at_zero_depth_and_reaches_its_depth() {
         let mut separation = FilteredSeparation::first(-0.002);
         assert!(separation.separation_m.abs() < 1.0e-9);
         separation = separation.next(-0.002, 0.0, OPENING_MAX_M);

@@ -4,8 +4,8 @@
 //! Stage `contact` ([`ToolContacts::find`]) lists the spheres of skins near the tools: it finds
 //! organs whose box is near a tool, then their spheres, O(spheres of organs near · parts). Skins
 //! and tubes then give candidates. Stage `solve` removes the overlaps after each substep of the
-//! tissue ([`crate::contact::constraint`]); after the last substep, [`ToolContacts::push_out`] does
-//! so and lists the forces.
+//! tissue ([`crate::contact::constraint`]); after the last substep, [`ToolContacts::push_out`]
+//! removes them and lists the forces.
 
 use core::cmp::Ordering;
 
@@ -145,7 +145,7 @@ impl ToolContacts {
                 .iter()
                 .filter(|part| part_box(part).is_near(organ_box, NEAR_SKIN_M))
             {
-                let _ = parts_near.push(Segment::new(part, organ_box)); // at most all parts
+                let _ = parts_near.push(Segment::new(part, organ_box)); // room for all parts
             }
             if parts_near.is_empty() {
                 continue;
@@ -178,7 +178,7 @@ impl ToolContacts {
             .find(parts, scene, bounds, bodies, constraints, faults);
         let forces = &mut self.forces;
         self.rigid.find(parts, |contact| {
-            let _ = forces.push(contact); // as many as parts
+            let _ = forces.push(contact); // room for one contact of each part
         });
     }
 
@@ -229,7 +229,7 @@ impl ToolContacts {
                 stiffness_n_m: constraint.stiffness_n_m,
                 friction_n: constraint.mean_friction_n,
                 friction_stiffness_n_m: constraint.friction_stiffness_n_m,
-            }); // as many as constraints
+            }); // room for all constraints
         }
     }
 }

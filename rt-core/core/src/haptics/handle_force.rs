@@ -37,8 +37,8 @@ pub(crate) fn felt(
         let direction = force_at_handle(kinematics, world_from_handle, at_m, normal);
         stiffness_n_m += direction * direction.transpose() * k;
     };
-    let felt = |contact: &&ContactForce| contact.tool == Tool::Instrument;
-    for contact in contacts.iter().filter(felt) {
+    let is_on_instrument = |contact: &&ContactForce| contact.tool == Tool::Instrument;
+    for contact in contacts.iter().filter(is_on_instrument) {
         at_port += kinematics.wrench(&contact.at_m, &contact.whole_force_n());
         add_spring(&contact.at_m, &contact.normal, contact.stiffness_n_m);
         if contact.friction_stiffness_n_m > 0.0 {
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn a_push_next_to_the_shaft_turns_it_where_the_device_renders_that() {
+    fn push_off_the_shaft_twists_the_handle_only_if_the_device_renders_torque() {
         let jaw = contact(Vec3::new(0.01, 0.0, -0.1), Vec3::y());
         let held = super::felt(&[jaw], None, &LEVER, &handle(), true);
         assert!(math::norm(&(held.wrench.torque_nm - Vec3::z() * 0.02)) < 1.0e-7);
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn held_tissue_pulls() {
+    fn held_tissue_pulls_the_hand() {
         let pull = Pull {
             at_m: Vec3::new(0.0, 0.0, -0.1),
             force_n: Vec3::new(0.0, 0.0, -1.5),
@@ -216,9 +216,9 @@ mod tests {
         /// A small motion of the hand changes the springs' force by no more than the stiffness
         /// predicts, and in some direction by at least 1/1.15 of the predicted change.
         #[test]
-        fn the_stiffness_is_that_of_the_stiffest_direction(all in contacts(), direction in vector(1.0)) {
+        fn handle_stiffness_is_that_of_the_stiffest_direction(all in contacts(), direction in vector(1.0)) {
             let stiffness = felt(&all, None).stiffness_n_m;
-            let answer = |direction: &Vec3| {
+            let response = |direction: &Vec3| {
                 let mut sum = Vec3::zeros();
                 for c in &all {
                     let normal_travel = LEVER.displacement_at(&handle(), &c.at_m, direction).dot(&c.normal);
@@ -229,13 +229,13 @@ mod tests {
                 sum
             };
             let direction = math::unit(&direction).unwrap_or_else(Vec3::x);
-            prop_assert!(math::norm(&answer(&direction)) <= stiffness * 1.001 + 1.0e-3);
+            prop_assert!(math::norm(&response(&direction)) <= stiffness * 1.001 + 1.0e-3);
             // Power iteration finds the stiffest direction.
             let mut stiff = direction;
             for _ in 0..200 {
-                stiff = math::unit(&answer(&stiff)).unwrap_or(stiff);
+                stiff = math::unit(&response(&stiff)).unwrap_or(stiff);
             }
-            let found = math::norm(&answer(&stiff));
+            let found = math::norm(&response(&stiff));
             prop_assert!(found * 1.16 + 1.0e-2 >= stiffness || all.is_empty(), "{found} {stiffness}");
         }
 

@@ -19,13 +19,14 @@
 //!
 //! # Trocar
 //!
-//! If scene or station ask for it, the seal rubs on the shaft and the abdominal wall resists
-//! tilting (`trocar`). Tissue alone moves the proxy, and counts as the force of tissue.
+//! If the scene or the station asks for it, the seal rubs on the shaft and the abdominal wall
+//! resists tilting (`trocar`). The trocar's force does not move the proxy, and does not count as
+//! force of tissue.
 //!
 //! # Opening
 //!
 //! Jaws follow a handle that opens and shuts, through a spring of the device's stiffness. The
-//! fingers feel tissue that the jaws squeeze, and with scissors the cut (`procedure::opening`).
+//! fingers feel the tissue that the jaws squeeze or the scissors cut (`procedure::opening`).
 //!
 //! # Transition
 //!
@@ -38,8 +39,8 @@
 //! order. The faults of the gates are counted; the timing, the panel and `summary.json` report
 //! them.
 //!
-//! 1. Cut to zero at once: after a speed trip (1.2 m/s, latches), if the force is not finite, if no
-//!    person has enabled the force, if the device is lost or reports a fault.
+//! 1. Cut to zero at once: after a speed trip (above 1.2 m/s; it latches), if the force is not
+//!    finite, if no person has enabled the force, or if the device is lost or reports a fault.
 //! 2. Ramp: the force rises after every enable. It falls within 20 ms while the pose is stale or
 //!    the simulation is paused.
 //! 3. Stiffness: a loop with damping `b` begins to oscillate at the stiffness `K = b / (T/2 +

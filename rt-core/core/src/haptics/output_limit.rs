@@ -11,7 +11,8 @@
 //! 7. Finite test: a part that is not finite becomes zero.
 //!
 //! Torque skips gate 4. The force that opens the handle skips gates 3 and 4. So does the force of
-//! the trocar: its law bounds its stiffness, and gate 3 leaves the rest to tissue.
+//! the trocar: the trocar's law bounds its stiffness, and gate 3 leaves the rest of the device's
+//! stiffness to tissue.
 //!
 //! A cut skips the other gates, so that the force does not fade. The ramp comes before passivity,
 //! because damping that takes energy out must not fade with the ramp. Clamp and slew come last, so
@@ -288,7 +289,7 @@ impl OutputLimit {
     }
 
     fn trip(&mut self, demand: &Demand, faults: &mut FaultSet) {
-        // Written so that a NaN speed trips.
+        // The comparison is written so that a NaN speed trips.
         let is_slow = demand.speed_m_s <= SPEED_TRIP_M_S;
         if self.is_open() && !is_slow {
             self.tripped = true;

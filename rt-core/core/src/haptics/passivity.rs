@@ -21,7 +21,7 @@ const DELAY_MAX: usize = 16;
 /// Ticks without force after which the energy is reset.
 const FREE_TICKS: u32 = 100;
 /// Speed below which nothing is damped, m/s: one encoder step of a Touch in 4 ms. With a larger
-/// value, damping is less noisy and leaves more energy.
+/// value, damping is less noisy and leaves more of the generated energy.
 const STILL_M_S: f32 = 0.015;
 /// Weight of a new velocity in the running mean, which smooths coarse encoder steps. With a larger
 /// weight the mean follows faster and is noisier.
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn a_held_force_makes_energy_by_hand() {
+    fn observer_counts_the_energy_that_a_held_force_generates() {
         // In and out in two steps of 10 mm at 100 N/m. The hand goes in against no force and comes
         // out with 1 N.
         let mut passivity = Passivity::new(&DEVICE);
@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_that_come_late_are_counted_with_what_acted_meanwhile() {
+    fn late_sample_is_counted_with_the_mean_force_since_the_last_sample() {
         let mut passivity = Passivity::new(&DEVICE);
         passivity.observe(Some(Vec3::zeros()));
         for force in [1.0, 2.0, 3.0] {
@@ -244,14 +244,14 @@ mod tests {
         /// Without contact no force is added. An added force opposes the movement and stays within
         /// the device's damping.
         #[test]
-        fn damping_is_only_damping(
-            ways in prop::collection::vec((-0.002f32..0.002, -5.0f32..5.0, any::<bool>()), 1..200),
+        fn damping_force_opposes_the_motion_within_the_devices_damping(
+            periods in prop::collection::vec((-0.002f32..0.002, -5.0f32..5.0, any::<bool>()), 1..200),
             damping in 0.0f32..3.0, delay in 0.0f32..0.05,
         ) {
             let device = DeviceCapabilities { damping_n_s_m: damping, delay_s: delay, ..DEVICE };
             let mut passivity = Passivity::new(&device);
             let mut at_m = Vec3::zeros();
-            for (step_m, force, fresh) in ways {
+            for (step_m, force, fresh) in periods {
                 at_m.x += step_m;
                 passivity.observe(fresh.then_some(at_m));
                 let wanted_n = Vec3::x() * force.max(0.0);

@@ -62,7 +62,7 @@ mod tests {
     }
 
     #[test]
-    fn force_that_a_decision_ends_fades_and_tissue_is_felt_at_once() {
+    fn force_that_an_action_ends_fades_and_new_force_is_felt_at_once() {
         let mut transition = Transition::NONE;
         assert_eq!(transition.felt(&pulls(1.0)), pulls(1.0));
         assert_eq!(transition.felt(&pulls(0.2)), pulls(0.2));

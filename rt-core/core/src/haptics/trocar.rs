@@ -7,7 +7,7 @@
 //! that slides only at the limit of friction (elastoplastic, Hayward and Armstrong 2000; Dupont and
 //! others 2002). Below the limit the point does not move at all, so a trembling hand does not drift
 //! through the seal. The law computes with travel, not with speed, so coarse encoder steps do not
-//! shake it.
+//! shake the force.
 //!
 //! The limit is the break-away friction `B` for a shaft that rests or reverses. While the shaft
 //! slides, the limit falls to the sliding friction `S` within [`SLIP_M`]. The distance that the
@@ -22,22 +22,22 @@
 //!
 //! # Stability
 //!
-//! Both are passive: what the lips store, they give back, and the point only slides along the
-//! force. A sampled loop with a delay adds energy to any spring; the device's own damping absorbs
-//! it up to some stiffness. So the trocar's stiffness is at most [`STIFFNESS_SHARE`] of the
-//! stiffness that the device renders stably. Stiff tissue softens the lips further, to
-//! [`LEAST_SHARE`]; only then is tissue scaled (`output_limit`). Lips that soften keep their bend,
-//! and lips that stiffen keep their force, so neither gains energy. The friction bypasses the
-//! passivity observer, because energy that the seal dissipates would hide energy that a contact
-//! generates.
+//! Seal and wall are passive: the lips give back the energy that they store, and the point only
+//! slides along the force. A sampled loop with a delay adds energy to any spring; the device's own
+//! damping absorbs this energy up to some stiffness. So the trocar's stiffness is at most
+//! [`STIFFNESS_SHARE`] of the stiffness that the device renders stably. Stiff tissue softens the
+//! lips further, down to [`LEAST_SHARE`]; only then is the force of tissue scaled (`output_limit`).
+//! Lips that soften keep their bend, and lips that stiffen keep their force, so neither gains
+//! energy. The friction bypasses the passivity observer, because energy that the seal dissipates
+//! would hide energy that a contact generates.
 
 use crate::math::{Pose, Vec3};
 use crate::scene::Trocar;
 use crate::time::TICK_S;
 use crate::tool::{Kinematics, Wrench};
 
-/// Largest share of the device's stable stiffness that the trocar uses. A larger share makes the
-/// reversal steeper and leaves less for stiff tissue.
+/// Largest share of the device's stable stiffness that the trocar uses. With a larger share, the
+/// force changes faster where the shaft reverses, and less stiffness is left to tissue.
 const STIFFNESS_SHARE: f32 = 0.5;
 /// Share of the device's stable stiffness that the trocar keeps beside the stiffest tissue.
 const LEAST_SHARE: f32 = 0.2;
@@ -107,7 +107,7 @@ impl TrocarLaw {
         }
     }
 
-    /// Releases the lips: the hand may have moved anywhere.
+    /// Straightens the lips, because the hand may have moved anywhere meanwhile.
     pub(crate) const fn release(&mut self) {
         self.outside_m = None;
         self.bent_m = 0.0;
@@ -132,7 +132,8 @@ impl TrocarLaw {
         // The lips push a shaft that was moved inwards back towards the hand.
         let seal_n = axis * -(self.lips_n_m * self.bent_m);
         let tilt_n_m = self.trocar.wall_nm_rad / (outside_m * outside_m);
-        // The wall's share of the budget falls where the hand is so near that it is too stiff.
+        // Close to the port the wall would be too stiff for the rest of the budget, so it is scaled
+        // down.
         let left_n_m = budget_n_m - self.lips_n_m;
         let share = (left_n_m / tilt_n_m.max(f32::MIN_POSITIVE)).min(1.0);
         let torque_nm = axis.cross(&self.trocar.axis) * (self.trocar.wall_nm_rad * share);
@@ -183,8 +184,8 @@ impl TrocarLaw {
     }
 }
 
-/// Stiffness of the lips beside tissue of stiffness `tissue_n_m`, N/m. With a wall, three quarters
-/// of the trocar's share are theirs.
+/// Stiffness of the lips beside tissue of stiffness `tissue_n_m`, N/m. Beside a wall, the lips have
+/// three quarters of the trocar's share.
 fn lips_n_m(trocar: &Trocar, stable_n_m: f32, tissue_n_m: f32) -> f32 {
     if trocar.breakaway_n <= 0.0 {
         return 0.0;

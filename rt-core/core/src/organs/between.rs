@@ -5,10 +5,11 @@
 //! constraints, solved one after another, would never let such a sphere rest.
 //!
 //! A pair of one organ keeps its impulse. A substep begins with the last impulses of all such
-//! pairs, and shows each pair the last impulses of the tools, which act later. A pair then takes
-//! its own impulse out, solves for the whole impulse anew, and applies the difference, as
-//! tetrahedra do (`tissue::warm_start`). A fold that jaws pull needs this: without the impulses of
-//! jaws and neighbours its spheres spring back by millimetres, and press each other for ever.
+//! pairs. Each pair also sees the last impulses of the tools, which act later in the substep. A
+//! pair then takes its own impulse out, solves for the whole impulse anew, and applies the
+//! difference, as tetrahedra do (`tissue::warm_start`). A fold that jaws pull needs this: without
+//! the impulses of jaws and neighbours its spheres spring back by millimetres, and press each other
+//! for ever.
 
 use heapless::Vec;
 
@@ -30,16 +31,16 @@ const CLOSE_M: f32 = 0.000_5;
 const STIFFNESS_N_M: f32 = 200.0;
 /// Weight of the speed of an overlap relative to its depth, s: enough that nothing bounces. A
 /// larger weight slows the approach to balance.
-const DAMPED_S: f32 = 0.001;
+const DAMPING_TIME_S: f32 = 0.001;
 /// Largest share of an overlap that a substep corrects. A larger share would shoot light spheres
 /// out.
-const SOFT: f32 = 0.4;
-/// Largest share for pairs that keep their impulse. With 0.4, a rod that a tool folds shakes at 0.6
-/// m/s (`bodies_of_common_tissue_rest`). With 0.3 it rests.
-const SOFT_KEPT: f32 = 0.25;
+const CORRECTION_SHARE_MAX: f32 = 0.4;
+/// As `CORRECTION_SHARE_MAX`, for pairs that keep their impulse. With 0.4, a rod that a tool folds
+/// shakes at 0.6 m/s (`bodies_of_common_tissue_rest`). With 0.3 it rests.
+const KEPT_CORRECTION_SHARE_MAX: f32 = 0.25;
 /// Largest speed at which overlapping organs part, m/s. A duct that has slipped far into an organ
 /// comes out slowly.
-const PART_M_S: f32 = 0.1;
+const PARTING_SPEED_MAX_M_S: f32 = 0.1;
 /// Friction of wet serous skins on each other (pleura on pleura; D'Angelo 2004, DOI
 /// 10.1016/j.resp.2004.05.006).
 const FRICTION: f32 = 0.02;
@@ -54,10 +55,11 @@ const EMPTY: u16 = u16::MAX;
 struct Close {
     pair: Pair,
     /// Number of substeps of a tick in which the pair is solved.
-    times: u16,
+    substeps: u16,
     /// True if both spheres belong to one organ.
-    is_of_one: bool,
-    /// Impulse on the first sphere in the last substep, over dt, m kg; zero unless `is_of_one`.
+    is_same_organ: bool,
+    /// Positional impulse on the first sphere in the last substep, m kg; zero unless
+    /// `is_same_organ`.
     push_m_kg: Lanes,
 }
 
@@ -128,7 +130,7 @@ impl Between {
         }
     }
 
-    /// Removes all pairs and their impulses, for tissue that begins anew.
+    /// Removes all pairs and their impulses, after the tissue was loaded or reset.
     pub(crate) fn forget(&mut self) {
         self.now.clear();
         self.before.clear();
@@ -166,8 +168,8 @@ impl Between {
             let before = self.before.find(pair);
             let close = Close {
                 pair: *pair,
-                times: substeps_a.max(substeps_b) as u16,
-                is_of_one: bodies.organ.at(a) == bodies.organ.at(b),
+                substeps: substeps_a.max(substeps_b) as u16,
+                is_same_organ: bodies.organ.at(a) == bodies.organ.at(b),
                 push_m_kg: before.map_or(Lanes::ZERO, |before| before.push_m_kg),
             };
             faults.raise_if(!self.now.push(close, slot), Fault::PairOverflow);
@@ -180,12 +182,12 @@ impl Between {
             return;
         }
         for close in &self.now.close {
-            if SubstepWindow::due(now, close.times.into(), scene).is_some() {
+            if SubstepWindow::due(now, close.substeps.into(), scene).is_some() {
                 close.move_by(close.push_m_kg, [Pace::SAME; 2], bodies);
             }
         }
         for close in &mut self.now.close {
-            if let Some(window) = SubstepWindow::due(now, close.times.into(), scene) {
+            if let Some(window) = SubstepWindow::due(now, close.substeps.into(), scene) {
                 close.press(&window, scene, bodies);
             }
         }
@@ -197,8 +199,8 @@ impl Close {
         [self.pair.a, self.pair.b].map(u32::from)
     }
 
-    /// Applies an impulse over the window's length, m kg, to the first sphere, and the opposite
-    /// one to the second.
+    /// Applies a positional impulse over the window's length, m kg, to the first sphere, and the
+    /// opposite impulse to the second.
     fn move_by(&self, push_m_kg: Lanes, paces: [Pace; 2], bodies: &mut Bodies) {
         let pushes = [push_m_kg, push_m_kg.scaled(-1.0)];
         for ((sphere, pace), push_m_kg) in self.spheres().into_iter().zip(paces).zip(pushes) {
@@ -217,7 +219,7 @@ impl Close {
             false => self.solve(paces, at.step_s(), bodies),
         };
         self.move_by(push_m_kg - self.push_m_kg, paces, bodies);
-        if self.is_of_one {
+        if self.is_same_organ {
             self.push_m_kg = push_m_kg;
         }
     }
@@ -226,14 +228,14 @@ impl Close {
     /// the tools.
     fn seen(&self, sphere: u32, own_m_kg: Lanes, bodies: &Bodies) -> Node {
         let mut node = *bodies.nodes.at(sphere);
-        if self.is_of_one {
+        if self.is_same_organ {
             let others_m_kg = bodies.warm_start.tools(sphere) - own_m_kg;
             node.push(others_m_kg, bodies.weight_per_kg(sphere));
         }
         node
     }
 
-    /// Impulse that presses the first sphere away from the second, over dt, m kg.
+    /// Positional impulse that presses the first sphere away from the second, m kg.
     fn solve(&self, paces: [Pace; 2], step_s: f32, bodies: &Bodies) -> Lanes {
         let [a, b] = self.spheres();
         let node_a = self.seen(a, self.push_m_kg, bodies);
@@ -250,27 +252,33 @@ impl Close {
         }
         let before = (start + (pace_a.way_before(&node_a) - pace_b.way_before(&node_b))).vec3();
         let direction = math::unit(&now).unwrap_or_else(Vec3::x);
-        let came_m = math::norm(&before) - near_m;
-        let rate = DAMPED_S / step_s;
+        let approached_m = math::norm(&before) - near_m;
+        let rate = DAMPING_TIME_S / step_s;
         // Compliance of the spring, relative to the pair's inverse mass.
         let softness = (STIFFNESS_N_M * step_s * step_s * weight_per_kg).recip();
-        let soft = if self.is_of_one { SOFT_KEPT } else { SOFT };
-        let answer = ((1.0 + rate) + softness).recip().min(soft);
-        let wanted_m = answer * (self.pair.apart_m - near_m + rate * came_m);
-        let push_m = wanted_m.min(came_m + PART_M_S * step_s).max(0.0);
-        // Friction along the surfaces is a share of the push.
+        let share_max = if self.is_same_organ {
+            KEPT_CORRECTION_SHARE_MAX
+        } else {
+            CORRECTION_SHARE_MAX
+        };
+        let correction_share = ((1.0 + rate) + softness).recip().min(share_max);
+        let wanted_m = correction_share * (self.pair.apart_m - near_m + rate * approached_m);
+        let push_m = wanted_m
+            .min(approached_m + PARTING_SPEED_MAX_M_S * step_s)
+            .max(0.0);
+        // Friction reduces the slide along the surfaces, by at most `FRICTION` times the push.
         let slid = now - before;
         let slid = slid - direction * direction.dot(&slid);
-        let held = FRICTION * push_m
+        let friction_share = FRICTION * push_m
             / math::norm(&slid)
                 .max(FRICTION * push_m)
                 .max(f32::MIN_POSITIVE);
-        let push = (direction * push_m - slid * held) / weight_per_kg;
+        let push = (direction * push_m - slid * friction_share) / weight_per_kg;
         Lanes::new(&push, 0.0)
     }
 }
 
-/// True if one of the two is layered tissue that has been removed.
+/// True if one of the two spheres is layered tissue that has been removed.
 fn is_removed(bodies: &Bodies, pair: &Pair) -> bool {
     [pair.a, pair.b].iter().any(|&i| {
         let bits = bodies.bits.at(u32::from(i));
@@ -303,9 +311,9 @@ mod tests {
         bodies: Box<Bodies>,
     }
 
-    struct Only<'a>(&'a mut Between, &'a Scene<'a>);
+    struct PairsOnly<'a>(&'a mut Between, &'a Scene<'a>);
 
-    impl Coupling for Only<'_> {
+    impl Coupling for PairsOnly<'_> {
         fn pre_solve(&mut self, _: u8, _: f32, _: &mut Bodies) {}
         fn couple(&mut self, now: u32, bodies: &mut Bodies) {
             self.0.press_due(now, self.1, bodies);
@@ -359,10 +367,10 @@ mod tests {
             self.pairs.find(&self.bodies, &mut faults);
             self.between
                 .choose(self.pairs.near(), &scene, &self.bodies, &mut faults);
-            let mut only = Only(&mut self.between, &scene);
+            let mut pairs_only = PairsOnly(&mut self.between, &scene);
             let moves = [true; MAX_ORGANS];
             let bodies = &mut self.bodies;
-            let _ = substeps::run(&scene, &mut NeoHookean, &moves, &mut only, bodies);
+            let _ = substeps::run(&scene, &mut NeoHookean, &moves, &mut pairs_only, bodies);
             tool(bodies);
             for (organ, number) in self.organs.iter().zip(0..) {
                 let _ = bodies.advance(&scene, organ, scene.step_s_of(number));
@@ -418,7 +426,7 @@ mod tests {
                 let before_m = two.apart_m();
                 two.tick();
                 let parted_m = two.apart_m() - before_m;
-                let most_m = 1.01 * PART_M_S * TICK_S;
+                let most_m = 1.01 * PARTING_SPEED_MAX_M_S * TICK_S;
                 assert!(parted_m < most_m, "tick {tick}: {parted_m} m");
             }
             assert!(two.apart_m() > 2.0 * RADIUS_M - 1.0e-5);
@@ -445,7 +453,7 @@ mod tests {
                 bodies.nodes.at_mut(0).move_by(&back_m);
             });
             if tick == 2 {
-                // Nearer than that way.
+                // The gap of 4 µm is less than those 9.8 µm.
                 let up = Vec3::z() * (3.0 * RADIUS_M - 0.000_004);
                 two.bodies.nodes.at_mut(1).put(&up, &Vec3::zeros());
             }
@@ -492,7 +500,7 @@ mod tests {
     }
 
     #[test]
-    fn organs_that_overlap_at_rest_stay_as_they_are() {
+    fn organs_that_overlap_at_rest_do_not_move() {
         let organs = [free(0, 1, 1), free(1, 1, 1)];
         let mut two = Two::new(&organs, 0.05, [0.0, 0.0]);
         two.spheres = std::vec![at(0.0), at(0.012)];

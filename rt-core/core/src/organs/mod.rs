@@ -1,8 +1,8 @@
 //! Contact of organs with each other, and of an organ with itself.
 //!
 //! Spheres collide as balls that touch about where the skins touch. The radius of a ball is called
-//! the reach of its sphere; it is about the distance at rest from the sphere's centre to the skin
-//! over it. A ball is round, so near a thin rim it extends too far in some directions and not far
+//! the reach of its sphere. The reach is about the distance at rest from the sphere's centre to the
+//! skin. A ball is round, so near a thin rim it extends too far in some directions and not far
 //! enough in others. Neighbouring spheres of one organ overlap at rest. So within an organ, only
 //! pairs that were apart at rest are kept apart. Spheres of two organs that overlapped at rest come
 //! no nearer than they were at rest.

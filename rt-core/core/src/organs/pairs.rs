@@ -126,7 +126,7 @@ impl Pairs {
         }
     }
 
-    /// Starts anew with `scene`.
+    /// Loads `scene`, and drops all pairs.
     pub(crate) fn load(&mut self, scene: &Scene<'_>) {
         self.outer.clear();
         let mut skin_distances = PerSphere::new(SkinDistance::NONE);
@@ -279,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn still_spheres_keep_their_pairs_and_one_that_moves_finds_them() {
+    fn still_spheres_keep_their_pairs_and_a_moving_sphere_finds_new_pairs() {
         let at = |x: f32| sphere(Vec3::new(x, 0.0, 0.0), 0.01);
         let spheres = [at(0.0), at(0.05), at(0.1)];
         let organs = [organ(0, 3, 0, 0)];
@@ -330,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn grid_finds_what_brute_force_finds() {
+    fn grid_finds_the_pairs_of_a_brute_force_search() {
         let mut seed = 7_u32;
         let mut random = || {
             seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);

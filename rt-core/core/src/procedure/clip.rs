@@ -56,7 +56,7 @@ pub(crate) struct Clips {
     clips: Vec<Clip, MAX_CLIPPED>,
     /// Number of clips that closed so far, and number of the next one.
     used: u32,
-    /// Number of them that slipped off, and are in the applier again.
+    /// Number of clips that slipped off. The applier has them again.
     returned: u32,
 }
 

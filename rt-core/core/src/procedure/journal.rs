@@ -18,11 +18,11 @@ const RELEASE_TICKS: u32 = 50;
 /// lowest limit that the rules of assessment set (0.2 N). A press of 10 N raises about a hundred
 /// events.
 const PRESS_STEP_N: f32 = 0.1;
-/// Share of its difference from the contact's force by which the smoothed force of a press changes
-/// in a tick: a time constant of 50 ms. Smoothing removes impacts: for some milliseconds, a tip
-/// that strikes tissue fast has five times the force of the tip at rest.
+/// Gain of the low-pass filter of a press's force, per tick: a time constant of 50 ms. The filter
+/// removes impacts: a tip that strikes tissue fast has, for some milliseconds, five times the force
+/// of the tip at rest.
 const PRESS_SHARE: f32 = 1.0 / RELEASE_TICKS as f32;
-/// Ticks without a fault of one kind after which this kind raises an event again.
+/// A kind of fault raises an event only after this many ticks without this fault.
 const FAULT_QUIET_TICKS: u32 = 1000;
 
 /// Force of the instrument on an organ during a contact.
@@ -34,7 +34,7 @@ struct Press {
     reported_n: f32,
 }
 
-/// Collects the events of a tick, and the state that prevents repeated events.
+/// Events of a tick, and the state that prevents repeated events.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Journal {
     events: Vec<Event, MAX_EVENTS_PER_TICK>,
@@ -42,6 +42,7 @@ pub(crate) struct Journal {
     /// Ticks until each organ counts as left; 0 for an organ that is not touched.
     release_ticks: [u32; MAX_ORGANS],
     presses: [Press; MAX_ORGANS],
+    /// Current in the last event: 0 none, 1 cutting, 2 coagulating.
     electro: u8,
     /// Ticks until each fault may raise an event again, if it does not recur.
     fault_quiet: [u32; FAULT_COUNT],
@@ -110,8 +111,8 @@ impl Journal {
         }
     }
 
-    /// Raises an event if the instrument presses on an organ that it touches already, and the force
-    /// has risen since the last event.
+    /// Raises an event if the smoothed force on an organ has risen by [`PRESS_STEP_N`] since the
+    /// last event of this contact.
     fn note_press(&mut self, list: &[ContactForce], organ: u8) {
         let of_organ = |it: &&ContactForce| it.tool == Tool::Instrument && it.organ == Some(organ);
         let now_n: f32 = list.iter().filter(of_organ).map(|it| it.force_n).sum();
@@ -154,8 +155,8 @@ impl Journal {
         }
     }
 
-    /// Raises events for faults of which a person has to know. A fault that recurs within a second
-    /// raises no event.
+    /// Raises events for faults that a person has to know. A fault that recurs within a second
+    /// raises no further event.
     pub(crate) fn note_faults(&mut self, faults: &FaultSet, at_m: Vec3) {
         for fault in Fault::ALL {
             let Some(quiet) = self.fault_quiet.get_mut(usize::from(fault.code())) else {
@@ -232,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn contact_once_and_release_once_the_trembling_is_over() {
+    fn a_trembling_tip_raises_one_contact_and_one_release() {
         let mut journal = Journal::default();
         let organs = [ORGAN; 2];
         journal.note_contacts(&[contact(1)], &organs, 0.5);
@@ -253,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn a_press_is_reported_as_its_force_rises_and_again_at_the_next_contact() {
+    fn a_press_is_reported_when_its_force_rises_and_again_at_the_next_contact() {
         let mut journal = Journal::default();
         let organs = [ORGAN; 2];
         // Presses with this force for these ticks. Returns the force of the last event.
@@ -303,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn pedal_events_on_change_only_and_both_pedals_are_off() {
+    fn a_changed_current_raises_an_event_and_both_pedals_give_no_current() {
         let mut journal = Journal::default();
         let pedal = |cut, coagulate| PedalSample {
             cut,
@@ -325,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn an_alarm_is_reported_once_a_second_and_the_limiter_not_at_all() {
+    fn a_recurring_fault_is_reported_once_and_a_limited_force_not_at_all() {
         let mut journal = Journal::default();
         let (mut reported, mut faults) = (0, FaultSet::NONE);
         faults.raise(Fault::StaleDevice);
@@ -344,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn too_many_events_are_counted() {
+    fn a_lost_event_is_noticed() {
         let mut journal = Journal::default();
         let event = Event {
             kind: EventKind::Grasp,

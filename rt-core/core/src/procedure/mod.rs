@@ -2,12 +2,12 @@
 //!
 //! # Grip
 //!
-//! Closed jaws hold each sphere between them by a spring of its own (XPBD). `bite` computes three
-//! things: the resistance of the tissue, as a neo-Hookean slab between two plates, `A G (1/λ² −
-//! λ)`; the friction of the slab on the jaws; and the stiffness of the tissue behind the slab, as a
-//! half-space under a disc as wide as the bite. If the pull exceeds the friction, the tissue slides
-//! through the jaws. The tissue between the jaws keeps them open. A handle that opens and shuts
-//! renders the squeeze; a handle with a button does not.
+//! Closed jaws hold each sphere between them by a separate spring (XPBD). `bite` computes three
+//! things: the resistance of the tissue, as a neo-Hookean slab between two plates,
+//! `A G (1/λ² − λ)`; the friction of the slab on the jaws; and the stiffness of the tissue behind
+//! the slab, as a half-space under a disc as wide as the bite. If the pull exceeds the friction,
+//! the tissue slides through the jaws. The tissue between the jaws keeps them open. A handle that
+//! opens and shuts renders the squeeze; a handle with a button does not.
 //!
 //! # Scissors
 //!
@@ -30,11 +30,11 @@
 //!
 //! # Heat
 //!
-//! Each sphere has a temperature. The other half of the current's power warms tissue beside the
-//! tip (it falls with the fourth power of the distance), or the tube that the tip touches, along
-//! the way of the current. Heat flows along links and attachments, blood carries it off, and water
-//! boils at 100 °C. Damage is the Arrhenius sum of Henriques and Moritz. It raises events, and
-//! moves nothing.
+//! Each sphere has a temperature. The other half of the current's power warms the tissue beside the
+//! tip, in inverse proportion to the fourth power of the distance. If the tip touches a tube, this
+//! half warms the tube, along the path of the current. Heat flows along links and attachments,
+//! blood carries it off, and water boils at 100 °C. Damage is the Arrhenius sum of Henriques and
+//! Moritz. This damage raises events, and changes no mechanics.
 //!
 //! # Clips
 //!

@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn an_organ_that_turns_back_often_and_outruns_a_moving_hand_shakes() {
+    fn organ_that_reverses_often_and_outruns_a_moving_hand_shakes() {
         for (hz, hand_m_s) in [(8.0, 0.02), (40.0, 0.02), (180.0, 0.08)] {
             let at = found(20_000, hz, 0.3, |_| hand_m_s);
             // No sphere is watched in the first interval, so 24 more intervals must pass.
@@ -174,7 +174,11 @@ mod tests {
     #[test]
     fn swings_hand_motion_and_pauses_are_no_shaking() {
         assert_eq!(found(20_000, 2.0, 0.3, |_| 0.02), None, "a swinging organ");
-        assert_eq!(found(20_000, 5.0, 0.3, |_| 0.02), None, "a hand's own pace");
+        assert_eq!(
+            found(20_000, 5.0, 0.3, |_| 0.02),
+            None,
+            "no faster back and forth than a hand"
+        );
         assert_eq!(found(20_000, 40.0, 0.02, |_| 0.0), None, "a slow organ");
         assert_eq!(found(20_000, 40.0, 0.3, |_| 0.11), None, "the hand is fast");
         // A jerk of the hand every 6 s interrupts the sequence of intervals before it is 6 s long.

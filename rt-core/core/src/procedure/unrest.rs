@@ -26,7 +26,7 @@ const DISTURBED_TICKS: u16 = 2000;
 /// Time for which an organ must be away from its place to count as fallen, ticks. In this time an
 /// organ falls freely by 0.2 m.
 const DISPLACED_TICKS: u16 = 200;
-/// Speed above which an organ shakes, m/s. A sphere is then 0.1 mm ahead of its trail of 32 ticks,
+/// Speed above which an organ shakes, m/s. In 32 ticks a sphere at this speed moves by 0.1 mm,
 /// which is one pixel if 1000 pixels show 10 cm.
 const SHAKE_SPEED_M_S: f32 = 0.003;
 /// Factor on `SHAKE_SPEED_M_S` for an organ that touches a tool at rest, because pressed tissue
@@ -370,14 +370,16 @@ mod tests {
             let (bounds, speed_m_s) = course(unrest, tick);
             unrest.record_speed(0, speed_m_s);
             unrest.end_tick(&[bounds], |_, _, found| {
-                reported.push((tick, found)).expect("few");
+                reported
+                    .push((tick, found))
+                    .expect("room for eight findings");
             });
         }
         reported
     }
 
     #[test]
-    fn an_organ_that_falls_is_reported_once_and_one_that_comes_back_is_not() {
+    fn falling_organ_is_reported_once_and_returning_organ_is_not() {
         let fall = |_: &mut Unrest, tick: u32| {
             let s = tick as f32 * 0.001;
             (moved((4.9 * s * s).min(10.0)), 9.8 * s)
@@ -393,7 +395,7 @@ mod tests {
     }
 
     #[test]
-    fn a_freed_organ_and_one_that_a_tool_moves_may_leave() {
+    fn freed_organ_and_organ_moved_by_a_tool_may_leave_their_places() {
         let mut freed = at_rest();
         freed.mark_freed(0);
         assert_eq!(run(&mut freed, 9_000, |_, _| (moved(5.0), 0.5)), []);

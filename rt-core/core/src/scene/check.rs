@@ -30,9 +30,9 @@ pub enum SceneError {
         organ: usize,
         /// Name of the items: spheres, links or batches.
         what: &'static str,
-        /// First of its range.
+        /// First item of the range.
         start: u32,
-        /// Number in its range.
+        /// Number of items in the range.
         count: u32,
         /// Start that the range should have.
         expected_start: usize,
@@ -58,7 +58,7 @@ pub enum SceneError {
         spheres: [u32; 2],
         /// First sphere of the organ.
         first: u32,
-        /// One past its last.
+        /// One past the organ's last sphere.
         end: u32,
     },
     /// An item names a sphere, vertex or cell that does not exist or that it may not name.
@@ -88,7 +88,7 @@ impl fmt::Display for SceneError {
                 available,
             } => write!(
                 f,
-                "organ {organ}: {what} {start}..+{count} should start at {expected_start} \
+                "organ {organ}: {what} (start {start}, count {count}) should start at {expected_start} \
                  and end within {available}: prepare the scene again"
             ),
             Self::Value {
@@ -411,7 +411,7 @@ fn check_trocar(trocar: &Trocar) -> Result<(), SceneError> {
     )?;
     let length = math::norm(&trocar.axis);
     let least = if trocar.wall_nm_rad > 0.0 { 0.999 } else { 0.0 };
-    let allowed = "1, a direction, or 0 without a wall";
+    let allowed = "1 (a unit vector), or 0 without a wall";
     in_range(
         "length of the trocar's axis",
         0,
@@ -540,7 +540,7 @@ mod tests {
     }
 
     #[test]
-    fn a_good_scene_and_an_empty_one_are_taken() {
+    fn valid_scene_and_empty_scene_are_accepted() {
         assert!(Scene::new(&[organ(0, 2, 0, 1)], &two(), &[LINK], room()).is_ok());
         assert!(Scene::new(&[], &[], &[], room()).is_ok());
     }
@@ -561,7 +561,7 @@ mod tests {
             &[organ(0, 2, 0, 0)],
             &two(),
             &[LINK],
-            "links 1..+1 should start at 0",
+            "links (start 1, count 1) should start at 0",
         );
         refused(&[good], &two(), &[Link { b: 2, ..LINK }], "spheres 0 and 2");
         refused(&[good], &two(), &[Link { b: 0, ..LINK }], "spheres 0 and 0");

@@ -102,7 +102,7 @@ impl TetraBatch {
 ///
 /// # Errors
 /// If a tetrahedron is flat or inverted at rest, represents no volume, or names a sphere that does
-/// not exist. The index is the tetrahedron's.
+/// not exist. The index in the error is that of the tetrahedron.
 pub fn batches(
     tetrahedra: &[Tetra],
     spheres: &[RestSphere],
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn flat_inverted_and_foreign_ones_are_refused() {
+    fn flat_inverted_and_foreign_tetrahedra_are_refused() {
         let refused = |corners| pack(&[corners]).unwrap_err();
         let place = |error| matches!(error, SceneError::Value { index: 0, .. });
         assert!(place(refused([0, 3, 1, 9])), "inverted");

@@ -21,8 +21,8 @@ const DRY_SLIDING_N: f32 = 0.87;
 /// Additional friction when a dry shaft starts or reverses, N: the geometric mean of the
 /// fluctuations of 0.2 to 2.5 N in the same trocars.
 const DRY_JUMP_N: f32 = 0.71;
-/// Share of the friction that is left on a moist shaft: the middle of the 15 to 45 % by which
-/// moistening reduced it in the same trocars.
+/// Share of the friction that is left on a moist shaft. In the same trocars, moistening reduced the
+/// friction by 15 to 45 %; the middle of this range is 30 %.
 const WET_SHARE: f32 = 0.7;
 /// Elasticity of the wall, N m/rad. Assumed: Picod and others 2005
 /// (doi:10.1007/s00464-003-9330-3) measured the torque of a tilted trocar, but we know only their
@@ -87,7 +87,8 @@ impl TrocarChoice {
         })
     }
 
-    /// The trocar that acts in a scene that asks for `scene`. Its axis stays the scene's.
+    /// The trocar that acts in a scene whose own trocar is `scene`. The axis is always that of
+    /// `scene`.
     #[must_use]
     pub const fn of(self, scene: Trocar) -> Trocar {
         let chosen = match self {

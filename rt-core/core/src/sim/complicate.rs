@@ -1,8 +1,9 @@
 //! Complications that an instructor triggers.
 //!
-//! They use what injuries use: a hole in a wall, and a clip that is gone. So a trainee stops a
-//! bleeding as any other, by a clip between the hole and the aorta or by coagulation, and replaces
-//! a clip that slipped. An event of its own tells each from an injury.
+//! A complication makes the same changes as an injury: a hole in a wall, or a missing clip. So a
+//! trainee stops the bleeding as after an injury, by a clip between the hole and the aorta or by
+//! coagulation, and replaces a clip that slipped. A separate event distinguishes a complication
+//! from an injury.
 
 use crate::scene::Inside;
 use crate::sim::{Complication, Sim};
@@ -21,8 +22,9 @@ impl Sim<'_> {
         }
     }
 
-    /// Opens the artery of the gallbladder where it stands under pressure. If it does not, as after
-    /// it was clipped, or if it is open there, nothing happens.
+    /// Opens a hole in the gallbladder's artery, at the first of the places [`BLEEDS_AT`] that is
+    /// under pressure. Nothing happens if no place is under pressure, as after clipping, or if this
+    /// place has a hole already.
     fn open_artery(&mut self) {
         let scene = self.scene;
         for (organ, it) in (0u8..).zip(scene.organs) {
@@ -61,7 +63,7 @@ impl Sim<'_> {
     }
 
     /// True if blood reaches this sphere of a vessel. Before anything was cut or clipped, no
-    /// pressure is known, and blood reaches every part.
+    /// pressure has been computed, and blood reaches every part.
     fn is_fed(&self, sphere: u32) -> bool {
         let vessels = &self.state.vessels;
         let mut all = 0..self.scene.spheres.len() as u32;

@@ -18,12 +18,12 @@ pub enum Command {
     EnableForce(bool),
     /// Changes the instrument on the shaft.
     Instrument(Instrument),
-    /// An instructor makes something go wrong. If nothing can, as without a clip that could slip,
-    /// nothing happens.
+    /// Triggers a complication for an instructor. Nothing happens if the complication is
+    /// impossible, as without a clip that could slip.
     Complication(Complication),
 }
 
-/// Something that an instructor makes go wrong.
+/// A complication that an instructor can trigger.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Complication {

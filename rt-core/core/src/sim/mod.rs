@@ -298,7 +298,8 @@ impl<'a> Sim<'a> {
             tool.handle_velocity_m_s = room.world_from_device.rotation * self.inputs.velocity_m_s;
             tool.buttons = sample.buttons;
             let is_first_after_gap = self.inputs.is_first_after_gap() && self.grasp.count() == 0;
-            // In a pause the jaws stay. Afterwards they move to the handle as fast as jaws can.
+            // In a pause the jaws stay. After the pause, they follow the handle's opening no faster
+            // than jaws can move.
             if !tool.switches.paused {
                 self.drive.follow(sample.opening, is_first_after_gap);
                 if let (Some(opening), true) = (self.drive.handle_opening(), is_first_after_gap) {
@@ -493,7 +494,8 @@ impl<'a> Sim<'a> {
         command
     }
 
-    /// Force of the trocar on the hand. Without a live hand in it, the shaft does not rub.
+    /// Force of the trocar on the hand. In a pause, and before the first sample of the device, the
+    /// shaft does not rub.
     fn rub(&mut self, tissue_n_m: f32) -> TrocarForce {
         let is_held = self.inputs.device.newest().is_some() && !self.tool.switches.paused;
         if !is_held || self.inputs.is_first_after_gap() {

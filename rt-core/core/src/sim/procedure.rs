@@ -21,7 +21,7 @@ impl Sim<'_> {
     /// then grasp, cut or clip. Places sutures. In a pause nothing changes, whatever the hand does.
     pub(super) fn work_instrument(&mut self, faults: &mut FaultSet) {
         if self.tool.switches.paused {
-            self.sew(); // only notes the pedal, so that going on is no press
+            self.sew(); // records only the pedal's state, so that the end of a pause is no press
             return;
         }
         let pressed = self.inputs.newly_pressed();
@@ -75,7 +75,7 @@ impl Sim<'_> {
         self.cautery.report(electrode.is_none(), journal);
     }
 
-    /// Lets heat spread, and destroy.
+    /// Spreads heat, and sums the damage that it does to tissue.
     pub(super) fn spread_heat(&mut self) {
         if self.tool.switches.paused {
             return;

@@ -21,13 +21,13 @@ const RISE_MIN: f32 = 0.5;
 const THREAD_LENGTH_M: f32 = 0.2;
 
 impl Sim<'_> {
-    /// True if a press of the pedal leads the needle: the instrument is the grasper, and a suture
+    /// True if a press of the pedal moves the needle: the instrument is the grasper, and a suture
     /// waits to be placed.
     fn is_sewing(&self) -> bool {
         self.tool.instrument == Instrument::Grasper && self.state.bodies.sutures.has_unplaced()
     }
 
-    /// State of the pedal for the electrosurgical generator: released while the pedal leads a
+    /// State of the pedal for the electrosurgical generator: released while the pedal moves a
     /// needle.
     pub(super) fn electric_pedal(&self) -> PedalSample {
         let pedal = self.tool.switches.pedal;
@@ -104,8 +104,8 @@ impl Sim<'_> {
         Some((suture, EventKind::Stitch, at_m))
     }
 
-    /// Extends the thread from the organ past the tip to the wall. The wall is at the height of
-    /// this suture's anchor in the scene.
+    /// Hangs the suture where the line from the organ through the tip meets the wall. The wall is
+    /// at the height of this suture's anchor in the scene.
     fn hang_on_wall(&self, number: usize, mut suture: Suture) -> Option<(Suture, EventKind, Vec3)> {
         let mut scene_tie = self.scene.attachments.iter().filter(|it| is_suture(it));
         let scene_tie = scene_tie.nth(number)?;

@@ -73,7 +73,7 @@ impl<'a> TickView<'a> {
         self.bodies.cells.heat_code(self.scene.layers.cells.len())
     }
 
-    /// Energy of the current since the last reset, by its place.
+    /// Energy of the current since the last reset, by the place to which it went.
     #[must_use]
     pub fn heat_balance(&self) -> Balance {
         self.heat.balance(self.scene)

@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn every_branch_by_hand() {
+    fn depth_and_normal_are_as_computed_by_hand_in_every_branch() {
         let y = Vec3::new(0.0, 1.0, 0.0);
         let x = Vec3::new(1.0, 0.0, 0.0);
         // Next to the lateral surface (x < h/2): d = 1.4, so depth 1 + 0.5 − 1.4.
@@ -160,7 +160,7 @@ mod tests {
     }
 
     proptest! {
-        /// `touch` is Algorithm 1, with a depth.
+        /// `touch` finds contact exactly where Algorithm 1 does.
         #[test]
         fn touch_meets_where_the_paper_does(c in vector(5.0), a in vector(3.0), b in vector(3.0),
                                             r in 0.01f32..2.0, r0 in 0.01f32..1.5) {

@@ -25,7 +25,8 @@ pub enum Instrument {
     Scissors = 2,
     /// Clip applier.
     ClipApplier = 3,
-    /// Tube that sucks and rinses. The simulation knows its shape only; fluids are the display's.
+    /// Tube that sucks and rinses. The simulation knows only its shape; the display computes the
+    /// fluids.
     Irrigator = 4,
 }
 

@@ -87,18 +87,18 @@ impl Kinematics {
         }
     }
 
-    /// Displacement of the instrument's point at `at_m` when the handle moves by `way` without
+    /// Displacement of the instrument's point at `at_m` when the handle moves by `travel_m` without
     /// rolling the shaft: the transpose of [`Self::at_handle`].
     #[cfg(test)]
     pub(crate) fn displacement_at(
         &self,
         world_from_handle: &Pose,
         at_m: &Vec3,
-        way: &Vec3,
+        travel_m: &Vec3,
     ) -> Vec3 {
         let axis = self.axis(world_from_handle);
-        let turn = -axis.cross(way) / self.outside_m(world_from_handle);
-        axis * axis.dot(way) + turn.cross(&(at_m - self.port_m))
+        let turn = -axis.cross(travel_m) / self.outside_m(world_from_handle);
+        axis * axis.dot(travel_m) + turn.cross(&(at_m - self.port_m))
     }
 
     /// Length of the shaft outside the body, m, with a lower bound for the lever law.
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn straight_down_by_hand() {
+    fn tip_and_joint_of_a_vertical_shaft_are_as_computed_by_hand() {
         let h = handle(0.0, 0.0, 0.3); // 0.2 above the port: 0.13 of 0.33 is inside
         assert!(math::norm(&(LEVER.tip(&h) - Vec3::new(0.0, 0.0, -0.03))) < 1.0e-6);
         let instrument = LEVER.instrument(&h, 0.02);
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrench_through_the_lever_by_hand() {
+    fn lever_transmits_a_wrench_as_computed_by_hand() {
         let h = handle(0.0, 0.0, 0.3);
         let tip = LEVER.tip(&h);
         // 3 N along the shaft pass unchanged; 2 N across it become −2 · 0.13 / 0.2.
@@ -279,22 +279,22 @@ mod tests {
                 "{felt_j} {work_j}");
             // Without roll the force alone does the work.
             let wrench = LEVER.wrench(&point(&middle), &f).without_roll(&LEVER.axis(&middle));
-            let way = LEVER.displacement_at(&middle, &point(&middle), &step);
+            let travel_m = LEVER.displacement_at(&middle, &point(&middle), &step);
             let felt_j = LEVER.at_handle(&middle, &wrench).force_n.dot(&step);
-            prop_assert!((felt_j - f.dot(&way)).abs() < 1.0e-6 + 1.0e-4 * f.norm() * step.norm());
+            prop_assert!((felt_j - f.dot(&travel_m)).abs() < 1.0e-6 + 1.0e-4 * f.norm() * step.norm());
         }
 
         /// The lever is invariant under rotation, translation and reflection of the room.
         #[test]
         fn lever_is_invariant_under_rotation_translation_and_reflection(
-            f in vector(3.0), arm in vector(0.05), way in vector(0.1), turn in vector(3.0),
+            f in vector(3.0), arm in vector(0.05), travel_m in vector(0.1), turn in vector(3.0),
         ) {
             let h = handle(0.03, 0.01, 0.28);
             let at_m = LEVER.tip(&h) + arm;
             let here = felt(&h, at_m, f);
-            let room = Pose::from_parts(way.into(), Quat::from_scaled_axis(turn));
-            let there = Kinematics { port_m: room.rotation * LEVER.port_m + way, ..LEVER };
-            let moved = room.rotation * at_m + way;
+            let room = Pose::from_parts(travel_m.into(), Quat::from_scaled_axis(turn));
+            let there = Kinematics { port_m: room.rotation * LEVER.port_m + travel_m, ..LEVER };
+            let moved = room.rotation * at_m + travel_m;
             let hand = there.at_handle(&(room * h), &there.wrench(&moved, &(room.rotation * f)));
             prop_assert!(math::norm(&(hand.force_n - room.rotation * here.force_n)) < 2.0e-4);
             prop_assert!(math::norm(&(hand.torque_nm - room.rotation * here.torque_nm)) < 2.0e-5);

@@ -11,7 +11,7 @@ const KEPT: usize = 4096;
 /// A change of leaks at a tick.
 enum Change {
     /// A leak event.
-    Told(EventMsg),
+    Leak(EventMsg),
     /// The organs were reset, which closes all leaks.
     AllClosed,
 }
@@ -35,10 +35,10 @@ impl Leaks {
         events: impl Iterator<Item = EventMsg>,
     ) {
         let room = KEPT.saturating_sub(self.0.len());
-        let told = events.filter(|event| event.is(EventKind::Leak));
+        let leaks = events.filter(|event| event.is(EventKind::Leak));
         // In a tick, a command takes effect before the events occur.
         let put_back = puts_back(record).then_some(Change::AllClosed);
-        let changes = put_back.into_iter().chain(told.map(Change::Told));
+        let changes = put_back.into_iter().chain(leaks.map(Change::Leak));
         self.0.extend(changes.take(room).map(|it| (tick, it)));
     }
 
@@ -60,7 +60,7 @@ impl Leaks {
             match change {
                 Change::AllClosed if is_past => places.iter_mut().for_each(|it| it.value = 0.0),
                 Change::AllClosed => {}
-                Change::Told(event) => {
+                Change::Leak(event) => {
                     let value = if is_past { event.value } else { 0.0 };
                     match places.iter_mut().find(|it| place(it) == place(event)) {
                         Some(known) if is_past => known.value = value,
@@ -82,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_place_is_as_it_is_then() {
+    fn leaks_at_a_tick_have_the_state_of_that_tick() {
         let leak = |x: f32, value: f32| EventMsg {
             kind: EventKind::Leak.number(),
             at_m: [x, 0.0, 0.0],

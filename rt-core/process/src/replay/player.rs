@@ -170,7 +170,7 @@ mod tests {
     proptest! {
         /// Every moment has a checkpoint before it, at most two intervals of checkpoints away.
         #[test]
-        fn a_checkpoint_is_near_and_there_are_few(length in 1u64..4_000_000, share in 0.0f64..1.0) {
+        fn every_moment_has_a_near_checkpoint_and_checkpoints_are_few(length in 1u64..4_000_000, share in 0.0f64..1.0) {
             let (mut keeper, mut time) = (Keeper::new(), SessionTime::default());
             for ran in (0..length).step_by(EVERY_FIRST as usize) {
                 time.passed_ns = ran * 1_000_000;

@@ -24,7 +24,7 @@ const FRAME_EVERY: u64 = 4;
 /// Bit of [`ToolFrame::switches`]: the show is paused.
 const PAUSED: u32 = Switches::PAUSED.bits();
 /// Longest time between two frames, ns. After it the last frame is sent again, because a display
-/// that gets none takes its controller for gone.
+/// that receives no frame reports its controller as gone.
 const STILL_ALIVE_NS: u64 = 100_000_000;
 /// Interval at which commands are read while idle.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
@@ -160,6 +160,7 @@ pub fn show<I: Iterator<Item = InputRecord>>(
     Ok(())
 }
 
+/// A running show: its controller end, its place in the session, and the commands that it received.
 struct Stage {
     controller: Controller,
     scene_id: [u8; 16],

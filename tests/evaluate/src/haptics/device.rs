@@ -98,7 +98,8 @@ pub(super) struct Loop {
     pub(super) v_m_s: f64,
     /// Commands on their way: steps until they act, and their force.
     coming: VecDeque<(u32, f64)>,
-    acting_n: f64,
+    /// Force of the motors at present, N.
+    pub(super) acting_n: f64,
     tick: u32,
     /// Samples on their way: tick of arrival, and position.
     samples: Vec<(u32, f64)>,

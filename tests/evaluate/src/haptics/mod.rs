@@ -2,6 +2,7 @@
 //! 1/20 ms. The force comes from Calot's own tick, or from a law with which it is compared.
 
 mod device;
+mod felt;
 mod law;
 mod port;
 mod report;
@@ -15,6 +16,7 @@ pub(crate) use report::{chart, csv, section, waits_csv};
 
 use crate::methods::Parts;
 use device::{Device, Hand};
+use felt::Felt;
 use law::{Coupling, Hooke, Law, LimitRecord, Product, START_M, boundless, stated};
 use scene::Meets;
 use trial::{TrialOutcome, press, respond, wave};
@@ -30,6 +32,8 @@ pub(crate) enum Test {
     Free,
     /// A handle that is moved to and fro inside a wall: gain and delay.
     Response,
+    /// A stroke through free air into a wall and out: the measures of OmniSurg's haptic bench.
+    Felt,
 }
 
 /// Law by which force follows position.
@@ -79,6 +83,8 @@ pub(crate) struct Row {
     limits: LimitRecord,
     /// Delay of a response, s.
     lag_s: f64,
+    /// Measures of a stroke.
+    felt: Option<Felt>,
 }
 
 /// Stiffness of the softest tested wall, N/m. A weight of 1 N would sink too deep into a softer
@@ -181,6 +187,44 @@ pub(crate) fn run(quick: bool) -> Result<Vec<Row>, String> {
     }
     bench.free(delayed(Device::TOUCH, 2.0))?;
     bench.response(delayed(Device::TOUCH, 2.0))?;
+    bench.rows.extend(felt(quick)?);
+    Ok(bench.rows)
+}
+
+/// Measures strokes into walls with every law, as OmniSurg's haptic bench does.
+///
+/// # Errors
+/// The message of the scene's check.
+pub(crate) fn felt(quick: bool) -> Result<Vec<Row>, String> {
+    let mut bench = Bench {
+        state: Box::new(State::new()),
+        rows: Vec::new(),
+        ratio: 1.0,
+    };
+    let viscous = Device {
+        damping_n_s_m: 0.5,
+        ..Device::BARE
+    };
+    let (walls_n_m, delays_ms): (&[f64], &[f64]) = match quick {
+        true => (&[1000.0], &[2.0]),
+        false => (&[300.0, 1000.0, 3000.0], &[0.0, 2.0, 4.0]),
+    };
+    eprintln!("haptics: measures of felt quality");
+    for device in [viscous, Device::TOUCH] {
+        for delay_ms in delays_ms {
+            let device = Device {
+                delay_s: delay_ms * 1e-3,
+                ..device
+            };
+            for hand in [Hand::RELAXED, Hand::FIRM] {
+                for kind in [LawKind::Ours, LawKind::Hooke, LawKind::Coupling] {
+                    for stiffness_n_m in walls_n_m {
+                        bench.felt(kind, hand, device, *stiffness_n_m)?;
+                    }
+                }
+            }
+        }
+    }
     Ok(bench.rows)
 }
 
@@ -294,6 +338,7 @@ impl Bench {
             outcome,
             limits,
             lag_s: 0.0,
+            felt: None,
         });
         Ok(())
     }
@@ -326,8 +371,35 @@ impl Bench {
                 outcome,
                 limits,
                 lag_s: 0.0,
+                felt: None,
             });
         }
+        Ok(())
+    }
+
+    fn felt(
+        &mut self,
+        kind: LawKind,
+        hand: Hand,
+        device: Device,
+        stiffness_n_m: f64,
+    ) -> Result<(), String> {
+        let (felt, limits) = self.with_wall(kind, &device, stiffness_n_m, |law| {
+            felt::stroke(law, device, hand, [WALL_PRESS_N, stiffness_n_m])
+        })?;
+        self.rows.push(Row {
+            test: Test::Felt,
+            kind,
+            hand,
+            device,
+            of: stiffness_n_m,
+            stiffness_n_m: 0.0,
+            rendered_n_m: 0.0,
+            outcome: TrialOutcome::NONE,
+            limits,
+            lag_s: 0.0,
+            felt: Some(felt),
+        });
         Ok(())
     }
 
@@ -349,6 +421,7 @@ impl Bench {
                 },
                 limits,
                 lag_s: 0.0,
+                felt: None,
             });
         }
         Ok(())
@@ -370,6 +443,7 @@ impl Bench {
                     outcome: TrialOutcome::NONE,
                     limits,
                     lag_s,
+                    felt: None,
                 });
             }
         }

@@ -1,6 +1,7 @@
 //! The rows as CSV, as a map, and as a section of the page.
 
 use super::device::Hand;
+use super::felt::Felt;
 use super::{LawKind, Row, SOFTEST_N_M, STIFFEST_N_M, Test};
 use crate::page::Section;
 use figures::panels::{Cell, heat_map};
@@ -8,18 +9,24 @@ use figures::panels::{Cell, heat_map};
 /// The rows as `haptics.csv`.
 pub(crate) fn csv(rows: &[Row]) -> String {
     let mut text = "test,law,hand,device_damping_n_s_m,friction_n,delay_ms,rate_hz,lost,late_ms,of,\
-stable_up_to_n_m,rendered_n_m,stable,swing_mm,step_mn,force_n,given_mj,observed_least_mj,damped_ticks,capped_ticks,lag_ms\n"
+stable_up_to_n_m,rendered_n_m,stable,swing_mm,step_mn,force_n,given_mj,observed_least_mj,damped_ticks,capped_ticks,lag_ms,\
+osc_peak_mn,osc_rms_mn,injected_mj,rise_ms,drag_mn,jerk_m_s3,deepest_mm\n"
         .to_owned();
     for r in rows {
+        if let Some(felt) = &r.felt {
+            text += &stroke(r, felt);
+            continue;
+        }
         let (d, o) = (&r.device, &r.outcome);
         let test = match r.test {
             Test::Wall => "wall",
             Test::Tissue => "tissue",
             Test::Free => "free",
             Test::Response => "response",
+            Test::Felt => "felt",
         };
         text += &format!(
-            "{test},\"{}\",{},{},{},{},{},{},{},{:.1},{:.1},{:.1},{},{:.4},{:.3},{:.4},{:.4},{:.4},{},{},{:.2}\n",
+            "{test},\"{}\",{},{},{},{},{},{},{},{:.1},{:.1},{:.1},{},{:.4},{:.3},{:.4},{:.4},{:.4},{},{},{:.2},,,,,,,\n",
             r.kind.name(),
             r.hand.name,
             d.damping_n_s_m,
@@ -43,6 +50,34 @@ stable_up_to_n_m,rendered_n_m,stable,swing_mm,step_mn,force_n,given_mj,observed_
         );
     }
     text
+}
+
+/// The line of a stroke, with what a stroke measures.
+fn stroke(r: &Row, it: &Felt) -> String {
+    let rise = it
+        .rise_s
+        .map_or_else(String::new, |s| format!("{:.1}", s * 1e3));
+    format!(
+        "felt,\"{}\",{},{},{},{},{},{},{},{:.1},,,,,,,,{:.4},{},{},,{:.3},{:.4},{:.4},{rise},{:.4},{:.2},{:.3}\n",
+        r.kind.name(),
+        r.hand.name,
+        r.device.damping_n_s_m,
+        r.device.friction_n,
+        r.device.delay_s * 1e3,
+        1000 / r.device.every,
+        r.device.lost,
+        r.device.late,
+        r.of,
+        r.limits.energy_j * 1e3,
+        r.limits.damped,
+        r.limits.capped,
+        it.peak_n * 1e3,
+        it.rms_n * 1e3,
+        it.injected_j * 1e3,
+        it.drag_n * 1e3,
+        it.jerk_m_s3,
+        it.deepest_m * 1e3,
+    )
 }
 
 /// The rows of [`super::waits`] as `haptics_wait.csv`.
@@ -234,6 +269,42 @@ energy given, mJ<th>ticks damped";
     }
     Section {
         title: "Contact under a hand".to_owned(),
-        body: body + "</table>",
+        body: body + "</table>" + &strokes(rows),
     }
+}
+
+/// Measures of the strokes: the median of each law.
+fn strokes(rows: &[Row]) -> String {
+    let mut text = "<h3>As OmniSurg’s haptic bench measures</h3><p>A hand waves in free air, presses a wall with 1 N, \
+holds and leaves. The definitions are those of the bench’s version 1, at 1 kHz instead of 120 Hz. Medians over walls \
+of 300, 1000 and 3000 N/m, two devices, and delays of 0 to 4 ms.</p><table><tr><th>law<th>hand<th>oscillation 20 to \
+300 Hz: peak, rms mN<th>injected energy, mJ<th>rise, ms<th>drag, mN<th>jerk, m/s³<th>depth, mm"
+        .to_owned();
+    for hand in [Hand::RELAXED, Hand::FIRM] {
+        for kind in [LawKind::Ours, LawKind::Hooke, LawKind::Coupling] {
+            let own = || {
+                let own = rows.iter().filter(|r| r.kind == kind && r.hand == hand);
+                own.filter_map(|r| r.felt)
+            };
+            let median = |f: fn(&Felt) -> f64| {
+                statistics::median(&own().map(|it| f(&it)).collect::<Vec<_>>())
+            };
+            if own().count() == 0 {
+                continue;
+            }
+            text += &format!(
+                "<tr><td>{}<td>{}<td>{:.1}, {:.2}<td>{:.2}<td>{:.0}<td>{:.2}<td>{:.0}<td>{:.2}",
+                kind.name(),
+                hand.name,
+                median(|it| it.peak_n * 1e3),
+                median(|it| it.rms_n * 1e3),
+                median(|it| it.injected_j * 1e3),
+                median(|it| it.rise_s.unwrap_or(0.0) * 1e3),
+                median(|it| it.drag_n * 1e3),
+                median(|it| it.jerk_m_s3),
+                median(|it| it.deepest_m * 1e3),
+            );
+        }
+    }
+    text + "</table>"
 }

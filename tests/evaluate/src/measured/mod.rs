@@ -242,7 +242,7 @@ mod tests {
         assert!(find("small strain").within());
         let relaxes = find("time constant of relaxation");
         assert!(relaxes.calot.is_none() && !relaxes.within());
-        let dry = find("sliding shaft, N 5 mm shaft, 0.25 to 3 N; Calot: trocar = \"dry\"");
+        let dry = find("sliding shaft, N 5 mm shaft, 0.25 to 3 N; Calot: trocar = 'dry'");
         assert!(dry.within() && dry.calot.is_some_and(|it| (it - 0.87).abs() < 0.05));
         assert!(find("reversal, N 5 mm shaft, 0.2 to 2.5 N").within());
         assert!(find("work of the motors").within() && find("swing of the handle").within());

@@ -94,7 +94,7 @@ fn shipped(of: impl Fn(f64, f64, Bar, &str, &str, &str) -> Row) -> Result<Vec<Ro
     let (dry, wet) = (tilted(Trocar::DRY)?, tilted(Trocar::WET)?);
     let mut rows = Vec::new();
     for (name, found) in [("dry", dry), ("wet", wet)] {
-        let condition = format!("5 mm shaft, 0.25 to 3 N; Calot: trocar = \"{name}\"");
+        let condition = format!("5 mm shaft, 0.25 to 3 N; Calot: trocar = '{name}'");
         let (mean_n, calot) = (0.87, found.sliding_n);
         rows.push(of(
             mean_n,
@@ -104,7 +104,7 @@ fn shipped(of: impl Fn(f64, f64, Bar, &str, &str, &str) -> Row) -> Result<Vec<Ro
             SLIDING,
             &condition,
         ));
-        let condition = format!("5 mm shaft, 0.2 to 2.5 N; Calot: trocar = \"{name}\"");
+        let condition = format!("5 mm shaft, 0.2 to 2.5 N; Calot: trocar = '{name}'");
         let (mean_n, calot) = (0.71, found.reversal_n);
         rows.push(of(
             mean_n,
@@ -114,7 +114,7 @@ fn shipped(of: impl Fn(f64, f64, Bar, &str, &str, &str) -> Row) -> Result<Vec<Ro
             JUMP,
             &condition,
         ));
-        let condition = format!("a passive seal gives none; Calot: trocar = \"{name}\"");
+        let condition = format!("a passive seal gives none; Calot: trocar = '{name}'");
         let given = "work of the motors on the hand, J";
         let passive = Bar::Range(f64::MIN, 0.0);
         rows.push(of(
@@ -125,7 +125,7 @@ fn shipped(of: impl Fn(f64, f64, Bar, &str, &str, &str) -> Row) -> Result<Vec<Ro
             given,
             &condition,
         ));
-        let condition = format!("a shaft at rest; Calot: trocar = \"{name}\", a firm hand");
+        let condition = format!("a shaft at rest; Calot: trocar = '{name}', a firm hand");
         let still = Bar::Range(0.0, 0.11);
         let swing_mm = found.swing_m * 1e3;
         let swing = "swing of the handle, mm";
@@ -137,7 +137,7 @@ fn shipped(of: impl Fn(f64, f64, Bar, &str, &str, &str) -> Row) -> Result<Vec<Ro
         Bar::Range(0.55, 0.85),
         DOBBELSTEEN,
         "friction of a moist shaft over a dry one",
-        "5 mm shaft, 15 to 45 % less; Calot: trocar = \"wet\" over \"dry\"",
+        "5 mm shaft, 15 to 45 % less; Calot: trocar = 'wet' over 'dry'",
     ));
     Ok(rows)
 }

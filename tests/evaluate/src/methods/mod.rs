@@ -226,6 +226,24 @@ impl Way {
         }
     }
 
+    /// True if a method of this program has this name. Other names are those of competitors.
+    pub(crate) fn is_named(name: &str) -> bool {
+        [
+            Self::ExplicitSprings,
+            Self::Springs,
+            Self::Paper(1.0, 1),
+            Self::Paper(0.5, 1),
+            Self::StretchVolume(1.0),
+            Self::StretchVolume(0.5),
+            Self::XpbdSprings,
+            Self::Ours,
+            Self::FromZero,
+            Self::Hexahedra,
+        ]
+        .iter()
+        .any(|way| way.name() == name)
+    }
+
     /// Settings of the method in words; empty if the material determines everything.
     pub(crate) fn setting(self) -> String {
         match self {

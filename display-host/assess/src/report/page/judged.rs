@@ -1,5 +1,5 @@
 //! Tables of the debrief that state each judged value, its rule, and the source of the rule.
-//! Sources are quoted from the rules, in the language of their file.
+//! Sources are quoted from the rules file and not translated.
 
 use figures::html::escape;
 
@@ -8,8 +8,10 @@ use crate::injury::{Cause, Injury, InjuryKind, Severity};
 use crate::metrics::Metric;
 use crate::report::Chapter;
 use crate::rules::ViewRule;
+use crate::task::Task;
 use crate::view::{Shares, Shown};
 
+/// Writes the injuries: time, structure, kind, cause and consequence of each.
 pub(super) fn injuries(page: &mut Page<'_>, injuries: &[Injury]) {
     if injuries.is_empty() {
         return;
@@ -53,8 +55,13 @@ pub(super) fn injuries(page: &mut Page<'_>, injuries: &[Injury]) {
         ));
     }
     page.add(format_args!("</table>"));
+    if injuries.iter().any(|it| it.severity > Severity::Minor) {
+        let note = page.say("page-injury-note");
+        page.add(format_args!("<p>{note}</p>"));
+    }
 }
 
+/// Writes the pass rules of the task, and if each is met.
 pub(super) fn pass_rules(page: &mut Page<'_>, chapter: &Chapter) {
     let it = &chapter.assessed;
     let pass = chapter.rules.pass(it.task, it.difficulty);
@@ -71,6 +78,7 @@ pub(super) fn pass_rules(page: &mut Page<'_>, chapter: &Chapter) {
     ]);
     for rule in pass.into_iter().chain(chapter.rules.time_rule(it.task)) {
         let (name, least, most) = (rule.name, rule.at_least, rule.at_most);
+        // A rule that names no metric is about the score.
         let value = match Metric::from_name(name) {
             Some(metric) => it.metrics.get(metric),
             None => it.score,
@@ -82,12 +90,16 @@ pub(super) fn pass_rules(page: &mut Page<'_>, chapter: &Chapter) {
             (false, true) => page.say_with("page-at-most", &[("limit", &high)]),
             (false, false) => "–".to_owned(),
         };
-        let [source, met, name, value] = [
-            source(page, rule.source),
-            page.answer(!(value < least || value > most)),
-            page.named(name),
-            page.words.number(value, 1),
-        ];
+        // A metric without a value, such as that of current nobody used, is not asked for.
+        let met = match value.is_finite() {
+            true => page.answer(!(value < least || value > most)),
+            false => "–".to_owned(),
+        };
+        let shown = match Metric::from_name(name) {
+            Some(metric) => page.shown(&it.metrics, metric),
+            None => page.words.number(value, 1),
+        };
+        let [source, name, value] = [source(page, rule.source), page.named(name), shown];
         page.add(format_args!(
             "<tr><td>{name}<td>{value}<td>{asked}<td>{met}<td class=\"l\" lang=\"en\">{source}</tr>"
         ));
@@ -95,7 +107,7 @@ pub(super) fn pass_rules(page: &mut Page<'_>, chapter: &Chapter) {
     page.add(format_args!("</table>"));
 }
 
-/// Source of a rule as the rules have it, or a message that the rule has none.
+/// Source of a rule as the rules file has it, or a text that says that there is none.
 fn source(page: &Page<'_>, text: &str) -> String {
     match text {
         "" | NO_SOURCE => page.say("page-no-source"),
@@ -103,10 +115,10 @@ fn source(page: &Page<'_>, text: &str) -> String {
     }
 }
 
-/// Text of a rule that names no source.
+/// Source of a rule whose entry in the rules file names none.
 const NO_SOURCE: &str = "no source";
 
-/// Decimals that a limit needs, at most three.
+/// Number of decimals that a limit needs, at most three.
 fn decimals(limit: f64) -> usize {
     let is_whole = |digits: usize| {
         let scaled = limit * 10f64.powi(digits as i32);
@@ -115,6 +127,7 @@ fn decimals(limit: f64) -> usize {
     (0..3).find(|digits| is_whole(*digits)).unwrap_or(3)
 }
 
+/// Writes the lost points: metric, value and points of each loss.
 pub(super) fn points(page: &mut Page<'_>, chapter: &Chapter) {
     let it = &chapter.assessed;
     if it.lost.is_empty() {
@@ -125,7 +138,12 @@ pub(super) fn points(page: &mut Page<'_>, chapter: &Chapter) {
     for lost in &it.lost {
         let name = page.named(lost.metric);
         let source = source(page, chapter.rules.weight_source(it.task, lost.metric));
-        let [value, points] = [lost.value, lost.points].map(|it| page.words.number(it, 1));
+        let digits = match Metric::from_name(lost.metric).map(Metric::unit) {
+            Some("n") => 0,
+            _ => 1,
+        };
+        let value = page.words.number(lost.value, digits);
+        let points = page.words.number(lost.points, 1);
         page.add(format_args!(
             "<tr><td>{name}<td>{value}<td>{points}<td class=\"l\" lang=\"en\">{source}</tr>"
         ));
@@ -133,11 +151,13 @@ pub(super) fn points(page: &mut Page<'_>, chapter: &Chapter) {
     page.add(format_args!("</table>"));
 }
 
-/// Writes published values beside the trainee's.
+/// Writes published values next to the trainee's, if the trainee did every step.
 pub(super) fn published(page: &mut Page<'_>, chapter: &Chapter) {
     let it = &chapter.assessed;
     let mut references = chapter.rules.references(it.task).peekable();
-    if references.peek().is_none() {
+    // Time and path of an attempt that ended early compare with nobody's.
+    let is_complete = it.steps.iter().all(|(_, done)| *done);
+    if references.peek().is_none() || !is_complete {
         return;
     }
     page.heading("page-published");
@@ -163,9 +183,12 @@ pub(super) fn published(page: &mut Page<'_>, chapter: &Chapter) {
     page.add(format_args!("</table>"));
 }
 
-/// Writes the critical view of safety: what was achieved, and what the endoscope showed of it.
+/// Writes the critical view of safety: the achieved share of each criterion, and the share that
+/// the endoscope showed from the front and from behind. Tasks that begin after it do not ask for it.
 pub(super) fn critical_view(page: &mut Page<'_>, chapter: &Chapter) {
-    let Some(cvs) = &chapter.assessed.cvs else {
+    let task = chapter.assessed.task;
+    let is_asked = matches!(task, Task::Identify | Task::Full | Task::Free);
+    let Some(cvs) = chapter.assessed.cvs.as_ref().filter(|_| is_asked) else {
         return;
     };
     page.heading("page-cvs");
@@ -216,7 +239,7 @@ fn percent(share: f64) -> String {
     }
 }
 
-/// Writes whether and when the critical view was shown or held from a side.
+/// Writes if and when the critical view was shown or held from a side.
 fn view_shown(page: &mut Page<'_>, side: &str, shown: Option<Shown>) {
     let text = match shown {
         Some(it) => {
@@ -256,7 +279,7 @@ fn view_rule(page: &mut Page<'_>, rule: &ViewRule) {
     ));
 }
 
-/// Writes metrics of the hand's motion, which are shown and not scored.
+/// Writes the metrics of the hand's motion. They cost no points.
 pub(super) fn handling(page: &mut Page<'_>, chapter: &Chapter) {
     page.heading("page-handling");
     page.columns(&["<metric", "page-value"]);

@@ -12,6 +12,8 @@ use crate::step::Reason;
 
 /// Largest number of moments that a lesson lists.
 const TIMES_MAX: usize = 6;
+/// Time before an error or an act at which its replay begins, s.
+const LEAD_S: f64 = 3.0;
 
 pub(super) fn write(page: &mut Page<'_>, chapter: &Chapter) {
     let it = &chapter.assessed;
@@ -40,8 +42,7 @@ pub(super) fn write(page: &mut Page<'_>, chapter: &Chapter) {
 
 fn one(page: &mut Page<'_>, chapter: &Chapter, lesson: &Lesson, has_picture: bool) {
     let it = &chapter.assessed;
-    let organ = lesson.organ.as_deref().unwrap_or("?");
-    let organ = page.words.organ(organ);
+    let organ = page.words.organ(lesson.organ.as_deref().unwrap_or("?"));
     let kind = format!("alarm-{}", lesson.kind.name().replace('_', "-"));
     let what = page.say_with(&kind, &[("organ", &organ)]);
     let count = lesson.alarms.len().to_string();
@@ -70,7 +71,8 @@ fn one(page: &mut Page<'_>, chapter: &Chapter, lesson: &Lesson, has_picture: boo
     let picture = it
         .alarms
         .get(first)
-        .filter(|_| has_picture)
+        // A place without an organ, such as that of a lost clip, has nothing to show.
+        .filter(|alarm| has_picture && alarm.organ.is_some())
         .and_then(|alarm| {
             let hands = it.hands.get(first).and_then(Option::as_ref);
             png(&close_picture(
@@ -117,8 +119,10 @@ pub(super) fn clock(seconds: f64) -> String {
     format!("{}:{:02}", seconds / 60, seconds % 60)
 }
 
-/// Command that replays a session from this moment.
+/// Command that replays a session from a little before this moment: what led to an error teaches
+/// more than what followed.
 pub(super) fn replay_command(session: &str, session_s: f64) -> String {
+    let session_s = (session_s - LEAD_S).max(0.0);
     let session = session.replace('\'', "'\\''");
     format!("calot replay '{session}' --at {session_s:.1}")
 }
@@ -131,8 +135,9 @@ mod tests {
     fn a_replay_command_is_safe_in_a_shell() {
         assert_eq!(
             replay_command("it's; rm", 12.34),
-            "calot replay 'it'\\''s; rm' --at 12.3"
+            "calot replay 'it'\\''s; rm' --at 9.3"
         );
+        assert!(replay_command("a", 1.0).ends_with("--at 0.0"));
         assert_eq!(clock(75.9), "1:15");
     }
 }

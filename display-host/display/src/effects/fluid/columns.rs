@@ -1,4 +1,4 @@
-//! Skin below and above a place: the triangles that face upwards, by columns.
+//! Finds the skin below and above a place. The triangles that face upwards are sorted into columns.
 
 use glam::{Vec2, Vec3};
 
@@ -9,7 +9,8 @@ use super::surface::{Place, Surface};
 const COLUMN_M: f32 = 0.004;
 /// Number of columns along a side.
 const SIDE: usize = 48;
-/// Triangles that face upwards less than this do not count.
+/// Cosine of the angle between a triangle's normal and the vertical. Triangles with a smaller
+/// cosine do not count as facing upwards.
 const LEVEL: f32 = 0.05;
 
 /// Columns around a place.
@@ -69,7 +70,8 @@ impl Columns {
         Vec2::new(at.dot(self.right), at.dot(self.back))
     }
 
-    /// The highest place below this one, and its distance, m; or the lowest above it.
+    /// Place on the skin that is nearest below `at` (`is_below`) or nearest above it, and its
+    /// vertical distance, m.
     pub(super) fn nearest(
         &self,
         at: Vec3,

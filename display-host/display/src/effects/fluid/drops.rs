@@ -1,4 +1,4 @@
-//! Drops: fluid lets go of skin that hangs over, falls, and lies where it lands.
+//! Drops: fluid lets go of overhanging skin, falls, and stays where it lands.
 
 use glam::Vec3;
 
@@ -9,13 +9,14 @@ use super::surface::{Place, Surface};
 use super::volume::Volumes;
 use super::{FALLING, Fluids, PARCEL_M3};
 
-/// Volume of a drop that lets go, m³: a drop of blood has 30 to 50.
+/// Volume up to which parcels join a drop that lets go, m³. A whole drop of blood has 30e-9 to
+/// 50e-9 m³.
 const DROP_M3: f64 = 15e-9;
-/// Fluid bridges a gap to skin as close below as this, m: the capillary length of blood is 2.3 mm.
+/// Largest gap to skin below that fluid bridges, m. The capillary length of blood is 2.3 mm.
 const TOUCHES_M: f32 = 0.002;
-/// Fluid that is covered by less than this comes up, m.
+/// Largest distance to a covering organ at which fluid comes up onto that organ, m.
 const COVERED_M: f32 = 0.004;
-/// A drop that meets nothing for this time is gone, s.
+/// Time after which a drop that has met nothing counts as gone, s.
 const LOST_S: f32 = 1.2;
 
 impl Fluids {
@@ -35,7 +36,7 @@ impl Fluids {
                 velocity_m_s: it.velocity_m_s,
                 age_s: it.flies_s,
                 lasts_s: LOST_S,
-                // What spurts is a jet: thinner and longer than a drop.
+                // Spurting blood is a jet: thinner and longer than a drop.
                 size_m: (0.239 * total as f32).cbrt() * if it.is_fast() { 0.4 } else { 1.0 },
                 own: 0.5,
             }
@@ -55,8 +56,8 @@ impl Fluids {
         });
     }
 
-    /// Lets a parcel pass to the skin close below it or that covers it, or fall. Returns false if
-    /// it left the skin.
+    /// Moves a parcel to skin that covers it or lies close below it, or lets it fall. Returns false
+    /// if the parcel left the skin.
     pub(super) fn pass_on(
         &mut self,
         it: &mut Lying,
@@ -71,9 +72,9 @@ impl Fluids {
         if it.stands() {
             return true;
         }
-        // 1 on skin that faces up, and −1 on an underside.
+        // Cosine of the skin's inclination: 1 on skin that faces up, −1 on an underside.
         let level = normal.dot(self.up);
-        // An underside has its own organ above it, which covers nothing.
+        // The organ above an underside is its own organ, which does not cover it.
         if let Some((place, far_m)) = columns.nearest(at, false, surface, skin)
             && far_m < COVERED_M
             && (0.0..0.9).contains(&level)
@@ -92,7 +93,7 @@ impl Fluids {
             it.place = place;
             return true;
         }
-        // A lowest place of an overhang.
+        // Fluid hangs at a lowest place of an overhang, where it is slow.
         let hangs = level < -0.25 && it.speed_m_s < 0.006 || level < -0.8;
         let drop_m = 0.000_5;
         if hangs && thick_m > drop_m && it.total_m3() > 0.1 * PARCEL_M3 {
@@ -113,7 +114,7 @@ impl Fluids {
         true
     }
 
-    /// Moves the drops. Those that meet skin lie there.
+    /// Moves the drops. Those that meet skin stay there.
     pub(super) fn fly(&mut self, step_s: f32, surface: &mut Surface, skin: &Skin<'_>) {
         let mut falling = std::mem::take(&mut self.falling);
         let mut left = Vec::with_capacity(falling.len());

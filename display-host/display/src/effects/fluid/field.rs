@@ -14,7 +14,8 @@ pub const VOXEL_M: f32 = 0.001_2;
 pub const SIZE: [usize; 3] = [96, 104, 96];
 /// Radius over which a parcel is spread, m.
 pub(super) const REACH_M: f32 = 0.002_4;
-/// Thickness at the middle of a parcel of 1 m³, m: the kernel is 1 on average over a plane.
+/// Thickness at the middle of a parcel of 1 m³, m. With it, the thickness integrated over a plane
+/// through the middle is the parcel's volume.
 pub(super) const MIDDLE_PER_M3: f32 = 3.0 / (core::f32::consts::PI * REACH_M * REACH_M);
 
 /// Film at a voxel.
@@ -34,7 +35,7 @@ impl Film {
     }
 }
 
-/// Voxels from the first to before the second, along x, y and z.
+/// Range of voxels along x, y and z: index of the first, and index after the last.
 pub type Block = [[usize; 2]; 3];
 
 /// The films in the window.
@@ -220,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_outside_of_the_window_changes_nothing() {
+    fn fluid_outside_of_the_window_changes_nothing() {
         let mut field = Field::around(Vec3::ZERO);
         for far in [
             Vec3::splat(1.0),

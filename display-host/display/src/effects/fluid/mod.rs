@@ -20,16 +20,16 @@
 //!
 //! # Law
 //!
-//! The fluid is a bounded number of parcels. A parcel is a place on the skin and a volume of blood
-//! and of bile. Spread by a kernel, all parcels give the thickness h of the film ([`Field`]). A
+//! The fluid is a bounded number of parcels. A parcel is a place on the skin with volumes of blood,
+//! bile and water. Spread by a kernel, all parcels give the thickness h of the film ([`Field`]). A
 //! parcel moves with the mean velocity of a viscous film on a slope, ρ g h² / 3 μ times the slope
 //! of the free surface (H. E. Huppert, "Flow and instability of a viscous current down a slope",
 //! Nature 300, 1982). The slope is that of the tissue, and on level ground also that of the film
-//! itself, which evens out pools. A film whose weight does not overcome its rim's hold stands.
-//! Blood becomes more viscous with time. Once it has clotted it stands, and drips no more. A parcel
-//! that runs over dry tissue leaves a thin film there.
+//! itself, which evens out pools. A film stands still if its weight does not overcome the hold of
+//! its rim. Blood becomes more viscous with time. Once it has clotted it stands, and drips no more.
+//! A parcel that runs over dry tissue leaves a thin film there.
 //!
-//! Where skin hangs over, a thick film at a lowest place lets go in a drop. Fluid passes to another
+//! Where skin overhangs, a thick film at a lowest place lets go as a drop. Fluid passes to another
 //! organ at once where that organ lies close below, and comes up where another organ covers it.
 //! Blood of arteries spurts with each heartbeat; its mean flow is that of the leak.
 //!
@@ -41,8 +41,8 @@
 //! surface by its thickness, up to 6 mm, but organs that dip into it displace nothing. Blood and
 //! water do not mix within a parcel.
 //!
-//! The steps have a fixed length, and nothing is random but a fixed sequence. So the same record
-//! gives the same fluid, as far as the tissue moves alike between two pictures.
+//! The steps have a fixed length, and the pseudo-random numbers are a fixed sequence. So the same
+//! record gives the same fluid, as far as the tissue moves alike between two pictures.
 
 mod columns;
 mod drops;
@@ -77,7 +77,7 @@ const PARCEL_M3: f64 = 1.5e-9;
 const MOUTH_M: f32 = 0.000_8;
 /// Age of the columns after which they are sorted again, s.
 const COLUMNS_S: f32 = 0.5;
-/// Every how many steps a parcel looks for skin below and above it.
+/// Number of steps from one search of a parcel for skin below and above it to the next.
 const LOOKS: u32 = 5;
 
 /// Volumes of blood, bile and water by their place, ml.
@@ -240,7 +240,8 @@ impl Fluids {
         self.came_m3[usize::from(!gush.is_leak)][slot] += gush.volume_m3;
         let place = gush.mouth.and_then(|vertex| skin.place_at(vertex));
         let (velocity, share) = gush.spurts;
-        // Where there is no skin, what does not spurt falls. It is no jet.
+        // Where there is no skin, the part that does not spurt joins the jet, or falls without
+        // speed if nothing spurts.
         let (velocity, share) = match place {
             Some(_) => (velocity, f64::from(share)),
             None if share > 0.0 => (velocity, 1.0),

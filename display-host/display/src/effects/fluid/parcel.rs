@@ -10,15 +10,16 @@ use super::volume::Volumes;
 /// Density of blood, kg/m³; bile has 1010, and the difference is not modelled.
 const DENSITY_KG_M3: f32 = 1060.0;
 const GRAVITY_M_S2: f32 = 9.81;
-/// Viscosity of blood, Pa s: 3.5 to 5.5 at high shear rates and 37 °C.
+/// Viscosity of blood, Pa s. Measured: 3.5 to 5.5 mPa s at high shear rates and 37 °C.
 const BLOOD_PA_S: f32 = 0.004;
-/// Viscosity of gallbladder bile, Pa s: 1.8 to 8, many times that of hepatic bile.
+/// Viscosity of gallbladder bile, Pa s. Measured: 1.8 to 8 mPa s, many times that of hepatic bile.
 const BILE_PA_S: f32 = 0.003;
 /// Viscosity of the irrigator's water at 37 °C, Pa s.
 const WATER_PA_S: f32 = 0.000_7;
-/// Time in which clotting makes blood thicker by the factor e, s, and the time after which it
-/// stands. Blood clots in 4 to 10 minutes in glass. Assumed between: on tissue it clots faster.
+/// Time in which clotting makes blood more viscous by the factor e, s. Assumed.
 const THICKENS_S: f32 = 45.0;
+/// Time after which blood has clotted and stands, s. In glass blood clots in 4 to 10 minutes, on
+/// tissue faster; the lower end is assumed.
 const CLOTS_S: f32 = 240.0;
 /// Stress that the rim of a film on tissue withstands, Pa. Assumed: 0.2 mm of blood stay on a wall.
 const HELD_PA: f32 = 2.2;
@@ -26,13 +27,13 @@ const HELD_PA: f32 = 2.2;
 const THICK_M: f32 = 0.000_4;
 /// Fastest flow along skin, m/s.
 const FASTEST_M_S: f32 = 0.045;
-/// Share of the weight that evens out a film on a slope or under a ceiling: the surface tension's
-/// part. Assumed.
+/// Least share of the weight that evens out a film. It holds on a steep slope and under a ceiling,
+/// where surface tension evens out the film. Assumed.
 const EVENS: f32 = 0.12;
-/// Fastest spread of a pool, m/s. Explicit steps would overshoot beyond.
+/// Fastest spread of a pool, m/s. A faster spread would overshoot, because the steps are explicit.
 const SPREADS_M_S: f32 = 0.012;
-/// Volume that running fluid leaves behind on each metre of dry tissue, m³/m: 2 mm wide, 0.1 mm
-/// thick.
+/// Volume that running fluid leaves behind on each metre of dry tissue, m³/m: a film of 2 mm width
+/// and 0.1 mm thickness.
 const LEFT_M3_PER_M: f64 = 2e-7;
 /// A film thinner than this counts as dry tissue, m.
 const DRY_M: f32 = 0.000_05;
@@ -46,7 +47,7 @@ pub(super) struct Lying {
     /// Volumes of blood, bile and water, m³.
     pub(super) volume_m3: Volumes,
     pub(super) age_s: f32,
-    /// Way since its last mark, m.
+    /// Distance run since the last mark, m.
     pub(super) ran_m: f32,
     /// Speed in the last step, m/s.
     pub(super) speed_m_s: f32,
@@ -97,8 +98,8 @@ impl Lying {
         fresh * (blood * self.age_s / THICKENS_S).min(12.0).exp()
     }
 
-    /// Velocity along the skin, m/s, from the thickness of the film here, its share of water, and
-    /// its gradient at rest.
+    /// Velocity along the skin, m/s. `thick_m` is the thickness of the film here, `water` its share
+    /// of water, and `slope` the gradient of the thickness along the present skin.
     fn velocity(&self, up: Vec3, normal: Vec3, [thick_m, water]: [f32; 2], slope: Vec3) -> Vec3 {
         let level = normal.dot(up);
         let down = -(up - normal * level);
@@ -132,7 +133,7 @@ impl Lying {
         let rest_m = Surface::at_rest(&self.place, skin);
         let (mut thick_m, slope) = field.thickness(rest_m);
         let water = field.water_share(rest_m);
-        // Outside of the window nobody sees the film; there it has its own thickness.
+        // Outside of the window the field is empty, so the parcel's own thickness counts there.
         let own_m = self.total_m3() as f32 * MIDDLE_PER_M3;
         thick_m = thick_m.max(own_m);
         let [a, b, c] = surface.corners(self.place.triangle, skin);

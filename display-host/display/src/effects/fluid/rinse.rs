@@ -10,21 +10,23 @@ use super::parcel::Lying;
 use super::surface::{Place, Surface};
 use super::volume::{Volumes, WATER};
 
-/// Distance that the jet reaches before it falls, m, and the step in which its way is searched.
+/// Distance that the jet reaches before it falls, m.
 const JET_M: f32 = 0.06;
+/// Step in which the jet's path is searched for tissue, m.
 const SEARCH_M: f32 = 0.001_5;
 /// Speed of the jet, m/s. Assumed.
 const JET_M_S: f32 = 0.8;
-/// Radius of the place where the jet meets tissue, m, and the speed at which it pushes fluid away.
-/// Assumed.
+/// Radius of the place where the jet meets tissue, m. Assumed.
 const WASHED_M: f32 = 0.006;
+/// Speed at which the jet pushes fluid away from that place, m/s. Assumed.
 const WASHES_M_S: f32 = 0.05;
-/// Distance of the suction's mouth within which it takes fluid, m. Assumed: the tip has holes
-/// around its end.
+/// Distance from the suction's mouth within which the mouth takes fluid, m. Assumed: the tip has
+/// holes around its end.
 const TAKES_M: f32 = 0.005;
-/// Distance of the suction's mouth within which fluid flows towards it, m, and its speed, m/s.
-/// Assumed: a pool empties into a tip that dips into it.
+/// Distance from the suction's mouth within which fluid flows towards the mouth, m. Assumed: a pool
+/// empties into a tip that dips into it.
 const DRAWS_M: f32 = 0.012;
+/// Speed of that flow, m/s. Assumed.
 const DRAWS_M_S: f32 = 0.02;
 /// A film thinner than this stays on the tissue around the suction's mouth, m. Assumed.
 const STAYS_M: f32 = 0.000_2;
@@ -34,7 +36,7 @@ const TAKES_M3_S: f64 = 12e-6;
 const JAR_M3: f64 = 2e-3;
 
 impl Fluids {
-    /// Sends water along the jet from `at_m`. It washes what lies where it meets tissue.
+    /// Sends water along the jet from `at_m`. The jet pushes fluid away where it meets tissue.
     pub(in crate::effects) fn rinse(
         &mut self,
         (at_m, along): (Vec3, Vec3),

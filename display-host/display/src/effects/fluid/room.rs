@@ -1,4 +1,5 @@
-//! Room for parcels: too many join, and those that lose their skin lie elsewhere.
+//! Makes room for parcels: if there are too many, neighbours join. Parcels whose skin a cut has
+//! hidden move to whole skin.
 
 use super::super::stain::Skin;
 use super::parcel::Lying;

@@ -143,7 +143,7 @@ impl Surface {
             left = flat * (1.0 - share);
             let ends = [1, 2].map(|by| (edge + by) % 3);
             if !self.cross(place, edge, &mut left, skin) {
-                // No way on: along the edge.
+                // The skin ends here or turns back, so the rest leads along the edge.
                 let along = corners[ends[1]] - corners[ends[0]];
                 left = along * (left.dot(along) / along.length_squared().max(1e-16));
             }
@@ -158,7 +158,8 @@ impl Surface {
         came
     }
 
-    /// Crosses the edge opposite to a corner, if the way leads on beyond it.
+    /// Crosses the edge opposite to a corner. Returns false if no triangle is beyond it, or if the
+    /// rest of the way (`left`) does not lead into that triangle.
     fn cross(&mut self, place: &mut Place, edge: usize, left: &mut Vec3, skin: &Skin<'_>) -> bool {
         let triangle = self.next[place.triangle as usize][edge];
         let Some(corners) = skin.triangles().get(triangle as usize) else {
@@ -189,7 +190,8 @@ impl Surface {
     }
 }
 
-/// Coefficients of `b` and `c` of the vector in their plane that has these products with them.
+/// Coefficients of `b` and `c` for the vector in their plane whose dot products with `b` and `c`
+/// are `products`. `None` if `b` and `c` are parallel.
 fn solve(b: Vec3, c: Vec3, products: Vec2) -> Option<Vec2> {
     let (bb, bc, cc) = (b.dot(b), b.dot(c), c.dot(c));
     let det = bb * cc - bc * bc;

@@ -1,4 +1,5 @@
-//! Volumes, and where fluid runs, on a plane and a step of two planes.
+//! Tests volumes, and the places to which fluid runs, on planes, sheets above each other, and
+//! tubes.
 
 use glam::Vec3;
 use proptest::prelude::*;
@@ -110,7 +111,7 @@ fn blood_runs_downhill_leaves_a_film_and_stands_on_level_ground() {
         mean_place(&effects, &slope)
     );
     assert!(is_balanced(effects.fluids()));
-    // Close the leak: what is left on the way is a thin film, and no more runs.
+    // After the leak is closed, a thin film is left on the path, and no more fluid comes.
     let mut closed = effects;
     let spheres = sphere_at_rest(&mut slope);
     let skin = Skin::new(&slope, &spheres.0, &spheres.1, &[]);
@@ -129,7 +130,7 @@ fn blood_runs_downhill_leaves_a_film_and_stands_on_level_ground() {
     let places = closed.fluids().places(&skin);
     assert!(
         places.iter().any(|at| at.x < -0.01),
-        "no film is left on the way"
+        "no film is left on the path"
     );
     let lowest = places.iter().map(|at| at.x).fold(0.0, f32::max);
     assert!(lowest > 0.015, "it stopped at {lowest}");
@@ -150,7 +151,7 @@ fn blood_runs_downhill_leaves_a_film_and_stands_on_level_ground() {
 }
 
 #[test]
-fn what_drips_off_one_organ_lies_on_the_next() {
+fn fluid_that_drips_off_one_organ_lies_on_the_next() {
     let mut mesh = SkinMesh::default();
     // A ceiling: a sheet turned over.
     add_sheet(&mut mesh, Vec3::Y * 0.03, 0.02, 0.0);
@@ -233,7 +234,7 @@ fn blood_on_a_thin_tube_runs_round_it_and_drips() {
 }
 
 #[test]
-fn what_hangs_under_a_thin_tube_stays_there() {
+fn too_little_fluid_for_a_drop_stays_under_a_thin_tube() {
     let mut mesh = SkinMesh::default();
     add_tube(&mut mesh, Vec3::ZERO, 0.001);
     let skin = Skin::new(&mesh, &[], &[], &[]);
@@ -255,7 +256,7 @@ fn what_hangs_under_a_thin_tube_stays_there() {
 }
 
 #[test]
-fn too_many_parcels_join_near_each_other() {
+fn surplus_parcels_join_their_neighbours() {
     let mut mesh = SkinMesh::default();
     add_sheet(&mut mesh, Vec3::ZERO, 0.2, 0.0);
     let skin = Skin::new(&mesh, &[], &[], &[]);
@@ -272,7 +273,7 @@ fn too_many_parcels_join_near_each_other() {
     assert!(fluids.lying.len() <= LYING);
     let came_ml = 3e-3 * LYING as f64;
     assert!((fluids.balance().lies_ml[0] - came_ml).abs() < 1e-9);
-    // None of them took in what came from everywhere.
+    // No single parcel took in the fluid of the whole sheet.
     let most = fluids.lying.iter().map(Lying::total_m3).fold(0.0, f64::max);
     assert!(most < 40e-9, "{most} m³ at one place");
 }
@@ -412,26 +413,26 @@ fn blood_that_runs_far_from_its_leak_has_a_film() {
         let places = effects.fluids().places(&skin);
         places.iter().map(|at| at.x - top.x).fold(0.0, f32::max)
     };
-    // It leaves the first window, whose middle is at the leak.
+    // The blood leaves the first window, which was opened around the leak.
     let mut frames = 0;
     while ran_m(&effects) < 0.075 {
         effects.advance(0.05, &skin);
         frames += 1;
         assert!(frames < 240, "it ran {} m in 12 s", ran_m(&effects));
     }
-    // The window follows within half a second. The whole way fits in it.
+    // The window follows within half a second. The whole path fits in it.
     for _ in 0..10 {
         effects.advance(0.05, &skin);
     }
     let far_m = ran_m(&effects);
     assert!(far_m < Field::extent_m().x, "it ran {far_m} m");
     let share = seen(effects.fluids(), &effects.fluids().places(&skin));
-    assert!(share > 0.8, "{share} of a way of {far_m} m");
+    assert!(share > 0.8, "{share} of a path of {far_m} m");
     assert!(is_balanced(effects.fluids()));
 }
 
 #[test]
-fn a_way_that_is_longer_than_the_window_has_a_film_at_the_middle_of_its_blood() {
+fn a_path_longer_than_the_window_has_a_film_at_the_middle_of_its_blood() {
     let mut mesh = SkinMesh::default();
     add_sheet(&mut mesh, Vec3::ZERO, 0.3, 0.5);
     let top = Vec3::new(-0.14, 0.07, 0.0);
@@ -445,8 +446,8 @@ fn a_way_that_is_longer_than_the_window_has_a_film_at_the_middle_of_its_blood() 
     let field = fluids.field().expect("wet");
     let mean_m = places.iter().sum::<Vec3>() / places.len() as f32;
     assert!(field.covers(mean_m, mean_m), "{mean_m}");
-    // The way is about evenly wet. So the window holds its share of it, and at the leak, where
-    // there is only half a window of blood, it would hold much less.
+    // The path is about evenly wet, so a window at its middle holds the share window / path of the
+    // blood. A window at the leak would hold only half of that.
     let share = seen(fluids, &places);
     assert!(share > 0.9 * window_m / ran_m, "{share} of {ran_m} m");
     assert!(is_balanced(fluids));
@@ -508,7 +509,7 @@ fn sphere_under(
 }
 
 #[test]
-fn suction_takes_what_is_near_its_mouth_into_the_jar_and_nothing_far_away() {
+fn suction_takes_fluid_near_its_mouth_into_the_jar_and_none_far_away() {
     let (effects, before) = after_blood(Kind::Suction, Vec3::Y * 0.002);
     let after = effects.fluids().balance();
     assert!(before.lies_ml[0] > 0.4, "{before:?}");
@@ -526,7 +527,7 @@ fn suction_takes_what_is_near_its_mouth_into_the_jar_and_nothing_far_away() {
 }
 
 #[test]
-fn fluid_flows_to_the_suction_from_around_but_a_film_and_what_is_far_stay() {
+fn fluid_around_the_suction_flows_to_it_but_a_film_and_far_fluid_stay() {
     let mut mesh = SkinMesh::default();
     add_sheet(&mut mesh, Vec3::ZERO, 0.06, 0.0);
     let skin = Skin::new(&mesh, &[], &[], &[]);
@@ -563,11 +564,11 @@ fn fluid_flows_to_the_suction_from_around_but_a_film_and_what_is_far_stay() {
         (fluids.places(&skin), fluids.jar().0)
     };
     let (places, jar_ml) = suck(0.006);
-    assert_eq!(places, before, "it rises to no mouth above it");
+    assert_eq!(places, before, "no fluid rises to a mouth above it");
     assert!(jar_ml <= 0.0, "{jar_ml} ml");
     let (places, jar_ml) = suck(0.002);
     assert!((jar_ml - 2e6 * drop_m3).abs() < 1e-9, "{jar_ml} ml");
-    assert_eq!(places, before[2..], "what stays lies still");
+    assert_eq!(places, before[2..], "the rest of the fluid does not move");
 }
 
 #[test]
@@ -623,7 +624,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
     #[test]
-    fn what_left_a_vessel_is_somewhere(
+    fn the_balance_has_all_fluid_that_left_a_vessel(
         slope in -2.0f32..2.0, ml_min in 0.5f32..300.0, pulses: bool, seconds in 0.1f32..6.0,
         frame_s in 0.02f32..1.0, along in any::<[f32; 3]>(), lasts_s in 0.2f32..3.0,
         rinses: bool, sucks: bool, off in -0.02f32..0.02,

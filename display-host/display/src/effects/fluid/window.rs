@@ -1,4 +1,4 @@
-//! The window of the field: it follows the fluid.
+//! The window of the field follows the fluid.
 //!
 //! The window is 12 cm wide. While all fluid lies in it, it stays. When fluid lies outside, it
 //! moves to the middle of the box around all fluid, or, if the box is wider than the window, to the
@@ -16,7 +16,7 @@ impl Fluids {
     pub(super) fn open_window(&mut self, at_m: Vec3, vertex: usize, skin: &Skin<'_>) {
         if self.field.is_none() {
             let middle_m = skin.at_rest(vertex);
-            // More of it runs down than up.
+            // Fluid runs down, so the window reaches farther down than up.
             self.middle_m = at_m - self.up * 0.02;
             self.field = Some(Field::around(middle_m - self.up * 0.02));
         }

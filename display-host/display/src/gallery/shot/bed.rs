@@ -15,7 +15,7 @@ const DRAWN_M: f32 = 0.020;
 const GONE: f32 = 0.45;
 /// Share of the bed's length, from the neck, over which the gallbladder is pulled away.
 const OPENS: f32 = 0.75;
-/// Distance from the gallbladder, m, from which on other organs do not move with it. At its surface
+/// Distance from the gallbladder beyond which other organs do not move with it, m. At its surface
 /// they move fully.
 const FOLLOWS_M: f32 = 0.018;
 /// Distance of the camera from the middle of the dissection's edge, m.

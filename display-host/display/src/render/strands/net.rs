@@ -34,6 +34,7 @@ const FILM: [f32; 2] = [0.25, 0.65];
 const ARCH: f32 = 0.6;
 /// Longest gap that fibres span, in cells.
 const SPAN: usize = 2;
+
 /// A piece of a fibre: along a cell, to an anchor, to the next column, or across a gap.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Piece {
@@ -218,13 +219,13 @@ impl<G: Fn(u16) -> bool> Ground<'_, G> {
             return;
         }
         let level = u32::from(it.layer);
-        let (most, there) = self.weave(cell).fibres();
+        let (most, existing_share) = self.weave(cell).fibres();
         // The last piece of each of three kinds: along the cell, to its inward anchors, to its
         // outward anchors. Films may join the next piece of the same kind to it.
         let mut last = [None; 3];
         for fibre in 0..most {
             let own = chance(self.seed(cell, side, 0, fibre)) * 0.5 + 0.5;
-            if own.z > there {
+            if own.z > existing_share {
                 continue;
             }
             let thick = THIN_M * (THICK_M / THIN_M).powf(own.y * own.y);
@@ -266,7 +267,7 @@ impl<G: Fn(u16) -> bool> Ground<'_, G> {
                 bow: [BOW * sway.x.abs(), BOW * sway.y],
             };
             let anchored = |way: usize| {
-                // The fibre does not run quite straight across.
+                // The root is offset, so that the fibre does not run straight to its anchor.
                 let corners = self.anchors.across(way, self.rim(cell, side, way))?;
                 let [a, b] = corners;
                 let root = End {
@@ -426,7 +427,7 @@ mod tests {
     }
 
     #[test]
-    fn fibres_stand_where_a_cell_beside_is_gone_and_go_with_their_own() {
+    fn fibres_grow_beside_a_removed_cell_and_vanish_with_their_own_cell() {
         let none = Anchors::default();
         let dense = |gone: &[u16]| upright(&grown(gone, Weave::Dense, &none));
         assert!(dense(&[]).is_empty());
@@ -445,7 +446,7 @@ mod tests {
     }
 
     #[test]
-    fn the_whole_column_beside_gone_they_go_on_and_meet_between_cells() {
+    fn fibres_beside_a_removed_column_go_on_and_meet_between_cells() {
         let both = upright(&grown(&[1, 3], Weave::Dense, &Anchors::default()));
         assert_eq!(both.len() % 2, 0);
         let (lower, upper) = both.split_at(both.len() / 2);

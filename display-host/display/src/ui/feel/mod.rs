@@ -15,12 +15,12 @@ pub use parts::{Part, Progress};
 use egui::{Key, RichText, TextEdit, Ui};
 
 use super::page::{drop_repeats, pressed, screen};
-use super::screens::BODY;
+use super::screens::BODY_POINTS;
 use super::widgets::{Mark, line};
 use crate::words::Words;
 
 /// Smallest width at which words and picture stand side by side, points.
-const SIDE_BY_SIDE: f32 = 1000.0;
+const SIDE_BY_SIDE_POINTS: f32 = 1000.0;
 
 /// Answers to the question about the fingers, each with its key and name. The handle opened the
 /// fingers, shut them, or neither.
@@ -308,7 +308,7 @@ pub fn feel(ui: &mut Ui, view: &View) -> Vec<Wish> {
     screen(ui, name, meant, &buttons, &mut wishes, |ui, wishes| {
         parts::show(ui, &view.words, &view.progress, view.opens);
         ui.add_space(12.0);
-        if ui.available_width() < SIDE_BY_SIDE {
+        if ui.available_width() < SIDE_BY_SIDE_POINTS {
             instruction(ui, view, wishes);
             picture::show(ui, view, 0.5 * ui.ctx().content_rect().height());
             numbers::show(ui, view);
@@ -324,8 +324,15 @@ pub fn feel(ui: &mut Ui, view: &View) -> Vec<Wish> {
 }
 
 fn instruction(ui: &mut Ui, view: &View, wishes: &mut Vec<Wish>) {
-    ui.label(RichText::new(view.headline()).size(2.0 * BODY).strong());
-    for (note, size) in [(view.note(), 1.1 * BODY), (view.port_note(), BODY)] {
+    ui.label(
+        RichText::new(view.headline())
+            .size(2.0 * BODY_POINTS)
+            .strong(),
+    );
+    for (note, size) in [
+        (view.note(), 1.1 * BODY_POINTS),
+        (view.port_note(), BODY_POINTS),
+    ] {
         if let Some(note) = note {
             ui.add_space(6.0);
             ui.label(RichText::new(note).size(size));
@@ -338,9 +345,9 @@ fn instruction(ui: &mut Ui, view: &View, wishes: &mut Vec<Wish>) {
             let field = TextEdit::singleline(&mut text)
                 .char_limit(12)
                 .desired_width(160.0)
-                .font(egui::FontId::proportional(1.6 * BODY));
+                .font(egui::FontId::proportional(1.6 * BODY_POINTS));
             let response = ui.add(field);
-            let unit = ui.label(RichText::new("g").size(1.6 * BODY));
+            let unit = ui.label(RichText::new("g").size(1.6 * BODY_POINTS));
             response.labelled_by(unit.id)
         });
         let field = response.inner;

@@ -3,15 +3,15 @@
 use egui::{Align, Grid, Layout, RichText, Ui, vec2};
 
 use super::View;
-use crate::ui::screens::BODY;
+use crate::ui::screens::BODY_POINTS;
 use crate::words::Words;
 
 /// Width of a column of numbers, points.
-const COLUMN: f32 = 96.0;
+const COLUMN_POINTS: f32 = 96.0;
 /// Space between columns, points.
-const SPACE: f32 = 14.0;
+const SPACE_POINTS: f32 = 14.0;
 /// Smallest width at which the names of the rows are beside the numbers, points.
-const BESIDE: f32 = 560.0;
+const BESIDE_WIDTH_POINTS: f32 = 560.0;
 
 /// Shows the numbers, or hides them while the person must feel the direction.
 pub(super) fn show(ui: &mut Ui, view: &View) {
@@ -43,26 +43,26 @@ pub(super) fn show(ui: &mut Ui, view: &View) {
         rows.extend(opening(view));
     }
     let axes = ["feel-x", "feel-y", "feel-z"];
-    let axes = axes.map(|axis| RichText::new(words.say(axis)).size(0.75 * BODY));
+    let axes = axes.map(|axis| RichText::new(words.say(axis)).size(0.75 * BODY_POINTS));
     // In a narrow window, the name of a row is above its numbers.
-    if ui.available_width() < BESIDE {
+    if ui.available_width() < BESIDE_WIDTH_POINTS {
         line(ui, axes.into());
         for (name, parts) in rows {
-            ui.label(RichText::new(words.say(name)).size(0.85 * BODY));
+            ui.label(RichText::new(words.say(name)).size(0.85 * BODY_POINTS));
             line(ui, parts);
         }
         return;
     }
     Grid::new("numbers")
         .num_columns(4)
-        .min_col_width(COLUMN)
-        .spacing([SPACE, 4.0])
+        .min_col_width(COLUMN_POINTS)
+        .spacing([SPACE_POINTS, 4.0])
         .show(ui, |ui| {
             ui.label("");
             cells(ui, axes.into());
             ui.end_row();
             for (name, parts) in rows {
-                ui.label(RichText::new(words.say(name)).size(0.85 * BODY));
+                ui.label(RichText::new(words.say(name)).size(0.85 * BODY_POINTS));
                 cells(ui, parts);
                 ui.end_row();
             }
@@ -85,18 +85,18 @@ fn opening(view: &View) -> [(&'static str, Vec<RichText>); 2] {
 }
 
 fn number(text: String) -> RichText {
-    RichText::new(text).monospace().size(0.95 * BODY)
+    RichText::new(text).monospace().size(0.95 * BODY_POINTS)
 }
 
 /// Words in place of numbers.
 fn other(words: &Words, id: &str) -> RichText {
-    RichText::new(words.say(id)).size(0.85 * BODY)
+    RichText::new(words.say(id)).size(0.85 * BODY_POINTS)
 }
 
 /// Shows a row without its name.
 fn line(ui: &mut Ui, parts: Vec<RichText>) {
     ui.horizontal(|ui| {
-        ui.spacing_mut().item_spacing.x = SPACE;
+        ui.spacing_mut().item_spacing.x = SPACE_POINTS;
         cells(ui, parts);
     });
 }
@@ -110,6 +110,6 @@ fn cells(ui: &mut Ui, parts: Vec<RichText>) {
 /// Shows a number at the right of its column, or the column's name.
 fn right(ui: &mut Ui, text: RichText) {
     let place = Layout::right_to_left(Align::Center);
-    let size = vec2(COLUMN, ui.spacing().interact_size.y);
+    let size = vec2(COLUMN_POINTS, ui.spacing().interact_size.y);
     ui.allocate_ui_with_layout(size, place, |ui| ui.label(text));
 }

@@ -2,7 +2,7 @@
 
 use egui::{Color32, Frame, Margin, RichText, Stroke, TextStyle, TextWrapMode, Ui, WidgetText};
 
-use crate::ui::screens::BODY;
+use crate::ui::screens::BODY_POINTS;
 use crate::words::Words;
 
 /// A part of the test. The parts are in the order in which they are done.
@@ -84,7 +84,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, progress: &Progress, opens: bool)
                 .stroke(Stroke::new(1.5, edge))
                 .corner_radius(4.0)
                 .inner_margin(Margin::symmetric(12, 5));
-            let text = RichText::new(text).size(0.9 * BODY);
+            let text = RichText::new(text).size(0.9 * BODY_POINTS);
             let text = WidgetText::from(if now { text.strong() } else { text });
             // A frame does not wrap by itself, because it does not know its width before its text.
             let extend = Some(TextWrapMode::Extend);

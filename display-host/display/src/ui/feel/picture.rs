@@ -4,7 +4,7 @@
 use egui::{Align2, Color32, FontId, Painter, Pos2, Sense, Stroke, Ui, Vec2, pos2, vec2};
 
 use super::{Screen, View};
-use crate::ui::screens::BODY;
+use crate::ui::screens::BODY_POINTS;
 
 /// Offset in the picture, y down, of a point that is one unit nearer to the person. The offset has
 /// the same unit.
@@ -49,7 +49,7 @@ pub(super) fn show(ui: &mut Ui, view: &View, height: f32) {
     };
     axes(&painter, &place, view);
     if view.is_secret() {
-        let text = FontId::proportional(5.0 * BODY);
+        let text = FontId::proportional(5.0 * BODY_POINTS);
         painter.text(place.middle, Align2::CENTER_CENTER, "?", text, FORCE);
         return;
     }
@@ -67,7 +67,7 @@ pub(super) fn show(ui: &mut Ui, view: &View, height: f32) {
     if far > FAR {
         let text = view.words.say("feel-outside");
         let corner = space.left_top() + vec2(12.0, 8.0);
-        let font = FontId::proportional(0.85 * BODY);
+        let font = FontId::proportional(0.85 * BODY_POINTS);
         painter.text(corner, Align2::LEFT_TOP, text, font, FORCE);
     }
     let force = view.live.force_n;
@@ -76,7 +76,7 @@ pub(super) fn show(ui: &mut Ui, view: &View, height: f32) {
         let from = place.of(at);
         let end = from + (place.of(force.map(|it| it * FORCE_SHARE)) - place.middle);
         arrow(&painter, from, end, 6.0, FORCE);
-        let font = FontId::proportional(BODY);
+        let font = FontId::proportional(BODY_POINTS);
         let text = format!("{newton:.1} N");
         painter.text(
             end + vec2(12.0, 4.0),
@@ -110,7 +110,7 @@ fn axes(painter: &Painter, place: &Place, view: &View) {
             "feel-axis-y" => vec2(12.0, -4.0),
             _ => vec2(0.0, 8.0),
         };
-        let font = FontId::proportional(0.8 * BODY);
+        let font = FontId::proportional(0.8 * BODY_POINTS);
         painter.text(end + away, at, view.words.say(name), font, NAME);
     }
 }

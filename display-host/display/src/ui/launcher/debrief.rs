@@ -8,7 +8,7 @@ use super::lessons::{self, LessonView, Lessons};
 use super::progress::{self, ProgressView};
 use super::{Asking, Wish, minutes, pressed, screen};
 use crate::ui::names;
-use crate::ui::screens::{BODY, part, title};
+use crate::ui::screens::{BODY_POINTS, part, title};
 use crate::ui::widgets::{Mark, folded, line, sign};
 use crate::words::Words;
 
@@ -16,10 +16,10 @@ use crate::words::Words;
 const EARLIER_MAX: usize = 5;
 
 /// Width of a page below which everything stands in one column, points.
-const SIDE_BY_SIDE: f32 = 1100.0;
+const SIDE_BY_SIDE_POINTS: f32 = 1100.0;
 
 /// Smallest width of the table of results, points.
-const TABLE: f32 = 600.0;
+const TABLE_WIDTH_MIN_POINTS: f32 = 600.0;
 
 /// Content of a debrief.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -157,7 +157,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut V
     };
     screen(ui, "debrief", Some(0), &buttons, wishes, |ui, wishes| {
         head(ui, words, debrief);
-        if ui.available_width() < SIDE_BY_SIDE {
+        if ui.available_width() < SIDE_BY_SIDE_POINTS {
             lessons::show(ui, words, lessons, wishes);
             acts(ui, words, debrief, wishes);
             table(ui, words, debrief);
@@ -196,7 +196,7 @@ fn head(ui: &mut Ui, words: &Words, debrief: &Debrief) {
         title(ui, &words.say(&format!("outcome-{}", debrief.outcome)));
         let score = format!("{:.0}", debrief.score).into();
         let score = words.say_with("task-score", &[("score", score)]);
-        ui.label(RichText::new(score).size(1.6 * BODY));
+        ui.label(RichText::new(score).size(1.6 * BODY_POINTS));
     });
     for reason in &debrief.reasons {
         ui.label(words.reason(reason));
@@ -264,7 +264,7 @@ fn past(ui: &mut Ui, words: &Words, debrief: &Debrief) {
 
 fn table(ui: &mut Ui, words: &Words, debrief: &Debrief) {
     part(ui, &words.say("debrief-metrics"));
-    if ui.available_width() < TABLE {
+    if ui.available_width() < TABLE_WIDTH_MIN_POINTS {
         return list(ui, words, debrief);
     }
     Grid::new("metrics")

@@ -17,9 +17,9 @@ use crate::words::Words;
 /// Largest number of moments of a lesson.
 const MOMENTS_MAX: usize = 4;
 /// Width of a close picture, points.
-const PICTURE: f32 = 250.0;
+const PICTURE_WIDTH_POINTS: f32 = 250.0;
 /// Least width beside a picture, points. On a narrower page the picture stands below.
-const BESIDE: f32 = 260.0;
+const BESIDE_WIDTH_POINTS: f32 = 260.0;
 
 /// Errors of one kind at one organ.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -60,7 +60,8 @@ impl ClosePicture {
             ui.data_mut(|data| data.insert_temp(id, loaded.clone()));
             loaded
         });
-        let image = egui::Image::new(&texture).max_width(PICTURE.min(ui.available_width()));
+        let image =
+            egui::Image::new(&texture).max_width(PICTURE_WIDTH_POINTS.min(ui.available_width()));
         ui.add(image.alt_text(text).corner_radius(4));
     }
 }
@@ -125,10 +126,10 @@ fn one(ui: &mut Ui, words: &Words, can_replay: bool, lesson: &LessonView, wishes
     };
     let width = ui.available_width();
     match &lesson.close {
-        Some(picture) if width >= BESIDE + PICTURE => {
+        Some(picture) if width >= BESIDE_WIDTH_POINTS + PICTURE_WIDTH_POINTS => {
             ui.horizontal_top(|ui| {
                 ui.vertical(|ui| {
-                    ui.set_width(width - PICTURE - 16.0);
+                    ui.set_width(width - PICTURE_WIDTH_POINTS - 16.0);
                     text(ui, wishes);
                 });
                 picture.show(ui, &what);

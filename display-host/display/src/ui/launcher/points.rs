@@ -4,7 +4,7 @@ use egui::{Key, RichText, Ui};
 
 use super::{Wish, pressed, screen, typed};
 use crate::ui::names;
-use crate::ui::screens::{BODY, title};
+use crate::ui::screens::{BODY_POINTS, title};
 use crate::ui::widgets::{Mark, line};
 use crate::words::Words;
 
@@ -90,14 +90,14 @@ pub(super) fn show(ui: &mut Ui, words: &Words, points: &Points, wishes: &mut Vec
         ui.label(words.say_with("points-number", &values));
         ui.label(
             RichText::new(points.text(words, item))
-                .size(1.5 * BODY)
+                .size(1.5 * BODY_POINTS)
                 .strong(),
         );
         ui.add_space(16.0);
         let given = points.given.get(points.at).copied().flatten();
         ui.horizontal_wrapped(|ui| {
             for number in 1..=5u8 {
-                let text = RichText::new(format!("  {number}  ")).size(2.0 * BODY);
+                let text = RichText::new(format!("  {number}  ")).size(2.0 * BODY_POINTS);
                 let button = egui::Button::selectable(given == Some(number), text);
                 if ui.add(button.frame_when_inactive(true)).clicked() {
                     wishes.push(Wish::Answer(number));

@@ -10,7 +10,7 @@ use crate::ui::{names, sketch};
 use crate::words::{Language, Words};
 
 /// Keys of the tasks, in order.
-const NUMBERS: [Key; 9] = [
+const TASK_KEYS: [Key; 9] = [
     Key::Num1,
     Key::Num2,
     Key::Num3,
@@ -22,11 +22,11 @@ const NUMBERS: [Key; 9] = [
     Key::Num9,
 ];
 /// Size of the moving picture of a task, points.
-const PICTURE: Vec2 = vec2(160.0, 120.0);
+const PICTURE_POINTS: Vec2 = vec2(160.0, 120.0);
 /// Width of a page below which everything stands in one column, points.
-const SIDE_BY_SIDE: f32 = 680.0;
+const SIDE_BY_SIDE_POINTS: f32 = 680.0;
 /// Height from which the list of names scrolls, points.
-const NAMES_HEIGHT: f32 = 110.0;
+const NAMES_HEIGHT_POINTS: f32 = 110.0;
 
 /// The choices.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -168,7 +168,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, start: &Start, wishes: &mut Vec<W
             let text = words.say_with("start-slow-computer", &[("rate", rate)]);
             line(ui, Mark::Care, &text);
         }
-        let is_narrow = ui.available_width() < SIDE_BY_SIDE;
+        let is_narrow = ui.available_width() < SIDE_BY_SIDE_POINTS;
         let left = |ui: &mut Ui, form: &mut StartForm| {
             trainee(ui, words, start, form, name);
             task(ui, words, start, form);
@@ -207,7 +207,7 @@ fn first(ui: &mut Ui, words: &Words, wishes: &mut Vec<Wish>) {
     Frame::group(ui.style()).inner_margin(10).show(ui, |ui| {
         ui.horizontal_top(|ui| {
             let text = words.say("start-first");
-            sketch::task(ui, "basics", PICTURE, &text);
+            sketch::task(ui, "basics", PICTURE_POINTS, &text);
             ui.vertical(|ui| {
                 ui.label(RichText::new(words.say("start-first-title")).strong());
                 ui.label(&text);
@@ -222,7 +222,7 @@ fn first(ui: &mut Ui, words: &Words, wishes: &mut Vec<Wish>) {
 
 fn keys(ui: &Ui, start: &Start, form: &mut StartForm, wishes: &mut Vec<Wish>) {
     for key in typed(ui) {
-        let number = NUMBERS.iter().position(|it| *it == key);
+        let number = TASK_KEYS.iter().position(|it| *it == key);
         if let Some(task) = number.and_then(|it| start.tasks.get(it)) {
             form.task.clone_from(task);
         }
@@ -236,7 +236,7 @@ fn trainee(ui: &mut Ui, words: &Words, start: &Start, form: &mut StartForm, name
     let label = part(ui, &words.say("start-trainee"));
     egui::ScrollArea::vertical()
         .id_salt("names")
-        .max_height(NAMES_HEIGHT)
+        .max_height(NAMES_HEIGHT_POINTS)
         .show(ui, |ui| {
             ui.horizontal_wrapped(|ui| {
                 let nobody = words.say("start-nobody");
@@ -278,7 +278,7 @@ fn task(ui: &mut Ui, words: &Words, start: &Start, form: &mut StartForm) {
     }
     let asks = words.say(&format!("start-asks-{}", form.task));
     ui.horizontal_top(|ui| {
-        sketch::task(ui, &form.task, PICTURE, &asks);
+        sketch::task(ui, &form.task, PICTURE_POINTS, &asks);
         ui.vertical(|ui| ui.label(&asks));
     });
     if start.hanging.contains(&form.task) {

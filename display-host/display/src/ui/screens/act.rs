@@ -6,15 +6,15 @@ use super::super::{UiState, acts};
 use super::hud;
 
 /// Radius of the mark, points.
-const RADIUS: f32 = 20.0;
-/// Length of its four strokes, points.
-const STROKE: f32 = 12.0;
+const RADIUS_POINTS: f32 = 20.0;
+/// Length of the mark's four strokes, points.
+const STROKE_POINTS: f32 = 12.0;
 /// Largest width of the note, points.
-const NOTE: f32 = 230.0;
-/// Size of its text, points.
-const TEXT: f32 = 18.0;
-/// Size of its text in a tight picture, points.
-const TIGHT_TEXT: f32 = 15.0;
+const NOTE_WIDTH_POINTS: f32 = 230.0;
+/// Size of the note's text, points.
+const TEXT_POINTS: f32 = 18.0;
+/// Size of the note's text in a tight picture, points.
+const TIGHT_TEXT_POINTS: f32 = 15.0;
 
 pub(super) fn show(ui: &Ui, place: Rect, state: &UiState) {
     if let Some(at) = state.act_mark {
@@ -23,14 +23,17 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState) {
         // White over a wider black line is visible on any tissue.
         for (colour, width) in [(Color32::BLACK, 6.0), (Color32::WHITE, 3.0)] {
             let stroke = Stroke::new(width, colour);
-            painter.circle_stroke(middle, RADIUS, stroke);
+            painter.circle_stroke(middle, RADIUS_POINTS, stroke);
             for way in [
                 vec2(1.0, 0.0),
                 vec2(-1.0, 0.0),
                 vec2(0.0, 1.0),
                 vec2(0.0, -1.0),
             ] {
-                let ends = [middle + way * RADIUS, middle + way * (RADIUS + STROKE)];
+                let ends = [
+                    middle + way * RADIUS_POINTS,
+                    middle + way * (RADIUS_POINTS + STROKE_POINTS),
+                ];
                 painter.line_segment(ends, stroke);
             }
         }
@@ -40,11 +43,17 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState) {
     };
     let words = &state.words;
     let ((room, side), size) = match hud::is_tight(place) {
-        true => ((hud::tall(ui, place), Align2::CENTER_BOTTOM), TIGHT_TEXT),
-        false => (beside(place, state.act_mark.map(|at| on(place, at))), TEXT),
+        true => (
+            (hud::tall(ui, place), Align2::CENTER_BOTTOM),
+            TIGHT_TEXT_POINTS,
+        ),
+        false => (
+            beside(place, state.act_mark.map(|at| on(place, at))),
+            TEXT_POINTS,
+        ),
     };
     hud::card(ui, "act", room, side, |ui| {
-        ui.set_max_width(NOTE.min(place.width() - 48.0));
+        ui.set_max_width(NOTE_WIDTH_POINTS.min(place.width() - 48.0));
         ui.label(RichText::new(words.say("act-by")).size(0.8 * size));
         let text = remark
             .clone()
@@ -61,8 +70,8 @@ fn on(place: Rect, at: glam::Vec2) -> Pos2 {
 /// Room for the note and its corner there. The note stays above or below a mark on its side of the
 /// picture, on the side with more room.
 fn beside(place: Rect, mark: Option<Pos2>) -> (Rect, Align2) {
-    let reach = RADIUS + STROKE;
-    let is_near = |mark: &Pos2| mark.x + reach > place.right() - NOTE - 48.0;
+    let reach = RADIUS_POINTS + STROKE_POINTS;
+    let is_near = |mark: &Pos2| mark.x + reach > place.right() - NOTE_WIDTH_POINTS - 48.0;
     match mark.filter(is_near) {
         None => (place, hud::side(place)),
         Some(mark) if mark.y < place.center().y => {
@@ -90,8 +99,10 @@ mod tests {
         assert_eq!(beside(place, Some(left)).0, place);
         for mark in [pos2(500.0, 100.0), pos2(330.0, 209.0), pos2(500.0, 300.0)] {
             let (room, _) = beside(place, Some(mark));
-            let around =
-                Rect::from_center_size(mark, vec2(1.0, 1.0) * 2.0 * (RADIUS + STROKE - 1.0));
+            let around = Rect::from_center_size(
+                mark,
+                vec2(1.0, 1.0) * 2.0 * (RADIUS_POINTS + STROKE_POINTS - 1.0),
+            );
             assert!(!room.intersects(around), "{room:?}");
             assert!(room.height() > 0.4 * place.height(), "{room:?}");
         }

@@ -12,13 +12,13 @@ use crate::words::Words;
 /// Names of the guided tasks.
 const TASKS: [&str; 2] = ["basics", "phantom"];
 /// Size of the moving picture, points.
-const PICTURE: [f32; 2] = [150.0, 112.0];
+const PICTURE_POINTS: [f32; 2] = [150.0, 112.0];
 /// Length of the bar, points.
-const BAR: f32 = 240.0;
+const BAR_POINTS: f32 = 240.0;
 /// Size of the sentence, points.
-const SENTENCE: f32 = 19.0;
+const SENTENCE_TEXT_POINTS: f32 = 19.0;
 /// Size of the other lines, points.
-const OTHER: f32 = 15.0;
+const OTHER_TEXT_POINTS: f32 = 15.0;
 
 /// True for a guided task with a present step.
 pub(super) fn is_of(task: &TaskView) -> bool {
@@ -37,10 +37,10 @@ pub(super) fn show(ui: &mut Ui, state: &UiState, task: &TaskView, is_tight: bool
         return true;
     }
     ui.horizontal_top(|ui| {
-        let size = vec2(PICTURE[0], PICTURE[1]);
+        let size = vec2(PICTURE_POINTS[0], PICTURE_POINTS[1]);
         sketch::show(ui, Sketch::of_step(&hint.step), size, &words.hint(hint));
         ui.vertical(|ui| {
-            told(ui, words, task, hint);
+            instructions(ui, words, task, hint);
             if !state.in_hand {
                 small(ui, &words.say("guide-take"));
             }
@@ -49,19 +49,23 @@ pub(super) fn show(ui: &mut Ui, state: &UiState, task: &TaskView, is_tight: bool
     true
 }
 
-fn told(ui: &mut Ui, words: &Words, task: &TaskView, hint: &Hint) {
+fn instructions(ui: &mut Ui, words: &Words, task: &TaskView, hint: &Hint) {
     let number = task.steps.iter().take_while(|(_, done)| *done).count();
     let of = [
         ("number", (number + 1).to_string().into()),
         ("of", task.steps.len().to_string().into()),
     ];
     small(ui, &words.say_with("guide-step", &of));
-    ui.label(RichText::new(words.hint(hint)).size(SENTENCE).strong());
+    ui.label(
+        RichText::new(words.hint(hint))
+            .size(SENTENCE_TEXT_POINTS)
+            .strong(),
+    );
     small(ui, &words.place(&hint.step));
     small(ui, &goal(words, &hint.step));
     if let Some(percent) = hint.percent {
         let bar = ProgressBar::new(0.01 * f32::from(percent)).fill(GOOD);
-        ui.add(bar.desired_height(8.0).desired_width(BAR));
+        ui.add(bar.desired_height(8.0).desired_width(BAR_POINTS));
     }
     let next = task.steps.get(number + 1);
     let next = match next.map(|(step, _)| words.step(step)) {
@@ -72,7 +76,7 @@ fn told(ui: &mut Ui, words: &Words, task: &TaskView, hint: &Hint) {
 }
 
 fn small(ui: &mut Ui, text: &str) {
-    ui.label(RichText::new(text).size(OTHER));
+    ui.label(RichText::new(text).size(OTHER_TEXT_POINTS));
 }
 
 /// Condition under which the step is done.

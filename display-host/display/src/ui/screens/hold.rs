@@ -4,17 +4,19 @@
 use egui::{Align2, Color32, FontId, Pos2, Rect, Shape, Stroke, Ui, pos2, vec2};
 
 use super::super::UiState;
+use super::hud;
 
 /// Radius of the ring, as a share of the picture's height.
 const RING: f32 = 0.17;
 /// Widths of lines, points. The white ring's line is the first width less 1.5. The line of the
 /// ring's filled part is the second.
-const WIDTHS: [f32; 2] = [3.0, 6.0];
-/// Half of the gap in the reticle, and the length of its arms, points.
-const GAP: f32 = 6.0;
-const ARM: f32 = 16.0;
+const LINE_WIDTHS_POINTS: [f32; 2] = [3.0, 6.0];
+/// Half of the gap in the reticle, points.
+const HALF_GAP_POINTS: f32 = 6.0;
+/// Length of the reticle's arms, points.
+const ARM_POINTS: f32 = 16.0;
 /// Size of the text, points.
-const TEXT: f32 = 18.0;
+const TEXT_POINTS: f32 = 18.0;
 /// Corners of a full ring.
 const CORNERS: f32 = 96.0;
 
@@ -33,18 +35,29 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState) {
             vec2(0.0, 1.0),
             vec2(0.0, -1.0),
         ] {
-            let ends = [middle + way * GAP, middle + way * (GAP + ARM)];
+            let ends = [
+                middle + way * HALF_GAP_POINTS,
+                middle + way * (HALF_GAP_POINTS + ARM_POINTS),
+            ];
             painter.line_segment(ends, Stroke::new(1.5 + more, colour));
         }
-        painter.circle_stroke(middle, radius, Stroke::new(WIDTHS[0] - 1.5 + more, colour));
+        painter.circle_stroke(
+            middle,
+            radius,
+            Stroke::new(LINE_WIDTHS_POINTS[0] - 1.5 + more, colour),
+        );
     }
     let filled = arc(middle, radius, hold.share as f32);
     painter.add(Shape::line(
         filled,
-        Stroke::new(WIDTHS[1], Color32::from_rgb(90, 230, 140)),
+        Stroke::new(LINE_WIDTHS_POINTS[1], Color32::from_rgb(90, 230, 140)),
     ));
+    // A tight picture has no room below the ring; there the card at its foot has this text.
+    if hud::is_tight(place) {
+        return;
+    }
     let text = state.words.hold(hold);
-    let font = FontId::proportional(TEXT);
+    let font = FontId::proportional(TEXT_POINTS);
     let galley = painter.layout(text, font, Color32::WHITE, (place.width() - 40.0).max(40.0));
     let at = Align2::CENTER_TOP.anchor_size(middle + vec2(0.0, radius + 10.0), galley.size());
     painter.rect_filled(at.expand(5.0), 4.0, Color32::from_black_alpha(190));

@@ -4,29 +4,29 @@ use egui::{Align2, Color32, Frame, Rect, RichText, Ui, vec2};
 use shared_mem::words::{Instrument, Switches};
 
 use super::super::task::{self, TaskEnd, TaskNote, TaskView};
-use super::super::widgets::{Mark, line};
+use super::super::widgets::{Mark, line, sized};
 use super::super::{Asked, Link, UiState, arrow, instrument_id};
 use super::{guide, legible};
 use crate::words::Words;
 
 /// Size of the text, points.
-const TEXT: f32 = 22.0;
+const TEXT_POINTS: f32 = 22.0;
 /// Size of the second line of a hint, points.
-const HINT: f32 = 17.0;
+const HINT_TEXT_POINTS: f32 = 17.0;
 /// Size of help text, points.
-const HELP: f32 = 14.0;
+const HELP_TEXT_POINTS: f32 = 14.0;
 /// Width of the left column, points. The alarm stays clear of this column.
-const SIDE: f32 = 236.0;
+const SIDE_WIDTH_POINTS: f32 = 236.0;
 /// Space between the left column and the alarm, including margins and frames, points.
-const CLEAR: f32 = 62.0;
+const CLEAR_POINTS: f32 = 62.0;
 /// Width of the left column in a tight picture, points. The column then shows the time alone.
-const TIME: f32 = 140.0;
+const TIME_WIDTH_POINTS: f32 = 140.0;
 /// Width below which a picture is tight, points, as with large text. The cards then show only time,
 /// next step and result, and the alarm if the panel does not show it.
-const TIGHT: f32 = 480.0;
+const TIGHT_WIDTH_POINTS: f32 = 480.0;
 /// Width of the picture, points, below which a result or pause in the middle replaces the other
 /// cards, because it would cover them.
-const NARROW: f32 = 900.0;
+const NARROW_WIDTH_POINTS: f32 = 900.0;
 
 pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>) {
     let task = state.task_view.as_ref();
@@ -36,10 +36,10 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>
     if let Some(direction) = state.tip_away.filter(|_| !is_covered) {
         arrow::paint(ui.ctx(), place, direction);
     }
-    if place.width() >= NARROW || !is_covered {
+    if place.width() >= NARROW_WIDTH_POINTS || !is_covered {
         let place = tall(ui, place);
         // In a narrow picture the note of an act takes the place of the next step.
-        if place.width() >= NARROW || state.acts.notice.is_none() {
+        if place.width() >= NARROW_WIDTH_POINTS || state.acts.notice.is_none() {
             foot(ui, place, state);
         }
         if let Some(task) = task {
@@ -61,9 +61,9 @@ fn stands(ui: &Ui, place: Rect, state: &UiState, task: &TaskView) {
     let words = &state.words;
     card(ui, "hud", place, Align2::LEFT_TOP, |ui| {
         legible(ui);
-        ui.set_max_width(SIDE);
+        ui.set_max_width(SIDE_WIDTH_POINTS);
         big(ui, &task::time(words, task));
-        let is_guided = guide::is_of(task) && place.width() < NARROW;
+        let is_guided = guide::is_of(task) && place.width() < NARROW_WIDTH_POINTS;
         if is_tight(place) || is_guided {
             return;
         }
@@ -107,11 +107,19 @@ fn irrigator(ui: &mut Ui, state: &UiState, pedals: [bool; 2]) {
 
 /// Shows the latest error in the middle, or on the right if the middle has too little room.
 fn alarm(ui: &Ui, place: Rect, words: &Words, note: &TaskNote) {
-    let middle = place.width() - 2.0 * (SIDE + CLEAR);
-    let (side, width, size) = match middle >= SIDE {
-        true => (Align2::CENTER_TOP, middle, TEXT),
-        false if is_tight(place) => (Align2::RIGHT_TOP, place.width() - TIME - CLEAR, HINT),
-        false => (Align2::RIGHT_TOP, place.width() - SIDE - CLEAR, TEXT),
+    let middle = place.width() - 2.0 * (SIDE_WIDTH_POINTS + CLEAR_POINTS);
+    let (side, width, size) = match middle >= SIDE_WIDTH_POINTS {
+        true => (Align2::CENTER_TOP, middle, TEXT_POINTS),
+        false if is_tight(place) => (
+            Align2::RIGHT_TOP,
+            place.width() - TIME_WIDTH_POINTS - CLEAR_POINTS,
+            HINT_TEXT_POINTS,
+        ),
+        false => (
+            Align2::RIGHT_TOP,
+            place.width() - SIDE_WIDTH_POINTS - CLEAR_POINTS,
+            TEXT_POINTS,
+        ),
     };
     card(ui, "hud alarm", place, side, |ui| {
         ui.style_mut().override_font_id = Some(egui::FontId::proportional(size));
@@ -131,17 +139,22 @@ fn over(
     asked: &mut Vec<Asked>,
 ) {
     let words = &state.words;
+    let [large, text] = match is_tight(place) {
+        true => [HINT_TEXT_POINTS, HELP_TEXT_POINTS],
+        false => [1.8 * TEXT_POINTS, TEXT_POINTS],
+    };
     card(ui, "hud over", place, Align2::CENTER_CENTER, |ui| {
-        legible(ui);
+        fitting(ui, place);
         ui.set_max_width(place.width() - 48.0);
         let outcome = words.say(&format!("outcome-{}", end.outcome));
-        ui.label(RichText::new(outcome).size(1.8 * TEXT).strong());
+        ui.label(RichText::new(outcome).size(large).strong());
         if let Some(score) = task.score {
             let score = format!("{score:.0}").into();
-            big(ui, &words.say_with("task-score", &[("score", score)]));
+            let score = words.say_with("task-score", &[("score", score)]);
+            ui.label(RichText::new(score).size(text));
         }
         for reason in &end.reasons {
-            ui.label(RichText::new(words.reason(reason)).size(TEXT));
+            ui.label(RichText::new(words.reason(reason)).size(text));
         }
         // The trainee ends the task; the instructor does not.
         if !state.instructor && ui.button(words.say("hud-end")).clicked() {
@@ -151,42 +164,49 @@ fn over(
 }
 
 /// Shows the next step at the bottom, and the instrument's keys while mouse and keyboard lead it.
+/// In a tight picture a running hold takes their place.
 fn foot(ui: &Ui, place: Rect, state: &UiState) {
     let words = &state.words;
     let task = state.task_view.as_ref().filter(|it| it.end.is_none());
     let hint = task.and_then(|it| it.hint.as_ref());
-    if hint.is_none() && !state.in_hand {
+    let hold = task.and_then(|it| it.hold.as_ref());
+    let hold = hold.filter(|_| is_tight(place));
+    if hint.is_none() && hold.is_none() && !state.in_hand {
         return;
     }
     card(ui, "hud foot", place, Align2::CENTER_BOTTOM, |ui| {
         ui.set_max_width(place.width() - 48.0);
+        if let Some(hold) = hold {
+            ui.label(RichText::new(words.hold(hold)).size(HINT_TEXT_POINTS));
+            return;
+        }
         let is_guided = task.is_some_and(|task| guide::show(ui, state, task, is_tight(place)));
         if let Some(hint) = hint.filter(|_| !is_guided) {
             let text = words.hint(hint).into();
             let text = words.say_with("hud-hint", &[("text", text)]);
             if is_tight(place) {
-                ui.label(RichText::new(text).size(HINT));
+                ui.label(RichText::new(text).size(HINT_TEXT_POINTS));
                 return;
             }
             big(ui, &text);
             let left = words.left(hint).map(|it| format!("  {it}"));
             let place = words.place(&hint.step);
             let text = format!("{place}{}", left.unwrap_or_default());
-            ui.label(RichText::new(text).size(HINT));
+            ui.label(RichText::new(text).size(HINT_TEXT_POINTS));
         }
         if state.in_hand && !is_tight(place) {
             let help = match state.settings.look.left_handed {
                 true => "help-left",
                 false => "help",
             };
-            ui.label(RichText::new(words.say(help)).size(HELP));
+            ui.label(RichText::new(words.say(help)).size(HELP_TEXT_POINTS));
         }
     });
 }
 
 /// Corner of the picture that the other cards leave free.
 pub(super) fn side(place: Rect) -> Align2 {
-    match place.width() - 2.0 * (SIDE + CLEAR) >= SIDE {
+    match place.width() - 2.0 * (SIDE_WIDTH_POINTS + CLEAR_POINTS) >= SIDE_WIDTH_POINTS {
         true => Align2::RIGHT_TOP,
         false => Align2::RIGHT_CENTER,
     }
@@ -209,12 +229,20 @@ pub(super) fn tall(ui: &Ui, place: Rect) -> Rect {
     }
 }
 
+/// Sets sizes of text that are legible from two metres away, or in a tight place, sizes that fit.
+pub(super) fn fitting(ui: &mut Ui, place: Rect) {
+    match is_tight(place) {
+        true => sized(ui, HELP_TEXT_POINTS),
+        false => legible(ui),
+    }
+}
+
 pub(super) fn is_tight(place: Rect) -> bool {
-    place.width() < TIGHT
+    place.width() < TIGHT_WIDTH_POINTS
 }
 
 fn big(ui: &mut Ui, text: &str) {
-    ui.label(RichText::new(text).size(TEXT));
+    ui.label(RichText::new(text).size(TEXT_POINTS));
 }
 
 /// Text on a dark card at one side of the picture.

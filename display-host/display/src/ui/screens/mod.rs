@@ -16,9 +16,9 @@ use egui::{FontId, Frame, Key, RichText, TextStyle, Ui};
 use super::{Asked, Link, UiState};
 
 /// Size of text to be read from a distance, points.
-pub(super) const BODY: f32 = 20.0;
+pub(super) const BODY_POINTS: f32 = 20.0;
 /// Width of a screen's column, points.
-const COLUMN: f32 = 820.0;
+const COLUMN_POINTS: f32 = 820.0;
 
 /// Shows the screen that covers the picture, if any.
 pub(super) fn cover(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) -> bool {
@@ -26,7 +26,7 @@ pub(super) fn cover(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) -> boo
         return false;
     }
     egui::ScrollArea::vertical().show(ui, |ui| {
-        let margin = ((ui.available_width() - COLUMN) * 0.5).clamp(12.0, 120.0) as i8;
+        let margin = ((ui.available_width() - COLUMN_POINTS) * 0.5).clamp(12.0, 120.0) as i8;
         Frame::new()
             .inner_margin(egui::Margin::symmetric(margin, 24))
             .show(ui, |ui| {
@@ -67,17 +67,19 @@ pub(super) fn keys(ui: &Ui, state: &UiState) -> Option<Vec<Asked>> {
 pub(super) fn legible(ui: &mut Ui) {
     let style = ui.style_mut();
     for name in [TextStyle::Body, TextStyle::Button] {
-        style.text_styles.insert(name, FontId::proportional(BODY));
+        style
+            .text_styles
+            .insert(name, FontId::proportional(BODY_POINTS));
     }
     style
         .text_styles
-        .insert(TextStyle::Monospace, FontId::monospace(0.75 * BODY));
+        .insert(TextStyle::Monospace, FontId::monospace(0.75 * BODY_POINTS));
     style.spacing.item_spacing.y = 8.0;
     style.spacing.button_padding = egui::vec2(10.0, 5.0);
 }
 
 pub(super) fn title(ui: &mut Ui, text: &str) {
-    ui.label(RichText::new(text).size(1.6 * BODY).strong());
+    ui.label(RichText::new(text).size(1.6 * BODY_POINTS).strong());
 }
 
 pub(super) fn part(ui: &mut Ui, text: &str) -> egui::Response {

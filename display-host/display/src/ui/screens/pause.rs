@@ -3,15 +3,18 @@
 use egui::{Align2, Rect, Ui};
 
 use super::super::{Asked, UiState};
-use super::hud::card;
-use super::{legible, title};
+use super::hud::{card, fitting, is_tight};
+use super::title;
 
 pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>) {
     let words = &state.words;
     card(ui, "pause", place, Align2::CENTER_CENTER, |ui| {
-        legible(ui);
+        fitting(ui, place);
         ui.set_max_width(place.width() - 48.0);
-        title(ui, &words.say("pause-title"));
+        match is_tight(place) {
+            true => _ = ui.strong(words.say("pause-title")),
+            false => title(ui, &words.say("pause-title")),
+        }
         ui.label(words.say("pause-note"));
         let choices = [
             ("pause-go-on", Asked::Pause(false)),

@@ -66,7 +66,7 @@ impl<T> Watch<T> {
         self.source
     }
 
-    /// Reason for which nothing is told, if that is known.
+    /// Reason for which no times are reported, if it is known.
     pub(super) fn refused(&self) -> Option<&Missing> {
         self.system.as_ref().err()
     }
@@ -94,7 +94,7 @@ impl<T> Watch<T> {
         }
     }
 
-    /// Calls `each` for each picture of which the window system told since the last call.
+    /// Calls `each` for each picture that the window system reported since the last call.
     /// `handed_ns` is the time at which a picture was handed over.
     pub(super) fn take(&mut self, handed_ns: impl Fn(&T) -> u64, each: impl FnMut(T, Presented)) {
         let outcome = match &mut self.system {

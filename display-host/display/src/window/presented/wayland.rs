@@ -1,8 +1,8 @@
 //! Asks the Wayland compositor when it presents the window's pictures (`wp_presentation`).
 //!
-//! A request that comes before the driver hands a picture over concerns this picture. The events
-//! have a queue of their own. winit and the driver read the connection; here only what they have
-//! read is taken. Each event carries its time, so it may be taken late.
+//! A request concerns the picture that the driver hands over next. The events have a queue of their
+//! own. winit and the driver read the connection, and this module takes only the events that they
+//! have read. Each event carries its time, so it may be taken late.
 
 use std::collections::VecDeque;
 
@@ -23,22 +23,22 @@ use crate::presentation::{Missing, Presented, ScreenTime, WAITING_MAX, Way, is_t
 /// picture. The fields are dropped in this order: the window's objects go last.
 pub(super) struct Compositor<T> {
     presentation: WpPresentation,
-    queue: EventQueue<Told>,
-    told: Told,
+    queue: EventQueue<Reports>,
+    reports: Reports,
     clock: ClockId,
-    /// Number of the last picture about which was asked.
+    /// Number of the last picture for which a report was requested.
     asked: u64,
-    /// Pictures of which nothing was told yet, with their numbers.
+    /// Pictures that were not reported yet, with their numbers.
     waiting: VecDeque<(u64, T)>,
     window: Objects,
 }
 
 /// Events of the compositor.
 #[derive(Default)]
-struct Told {
+struct Reports {
     /// Number of the clock of all times.
     clock: Option<u32>,
-    /// Numbers of pictures and what became of them.
+    /// Numbers of pictures, and their ends.
     ends: Vec<(u64, End)>,
 }
 
@@ -56,22 +56,22 @@ enum End {
 }
 
 impl<T> Compositor<T> {
-    /// Asks the compositor of a window.
+    /// Connects to the compositor of a window.
     pub(super) fn of(window: Objects) -> Result<Self, Missing> {
         let refused = |error: &dyn std::fmt::Display| Missing::Refused(error.to_string());
-        let begun = registry_queue_init::<Told>(&window.connection);
+        let begun = registry_queue_init::<Reports>(&window.connection);
         let (globals, mut queue) = begun.map_err(|error| refused(&error))?;
         let presentation: Result<WpPresentation, _> = globals.bind(&queue.handle(), 1..=2, ());
         let presentation = presentation.map_err(|_| Missing::NoProtocol)?;
-        let mut told = Told::default();
+        let mut reports = Reports::default();
         queue
-            .roundtrip(&mut told)
+            .roundtrip(&mut reports)
             .map_err(|error| refused(&error))?;
-        let clock = told.clock.ok_or(Missing::UnknownClock(None))?;
+        let clock = reports.clock.ok_or(Missing::UnknownClock(None))?;
         Ok(Self {
             presentation,
             queue,
-            told,
+            reports,
             clock: named(clock).ok_or(Missing::UnknownClock(Some(clock)))?,
             asked: 0,
             waiting: VecDeque::new(),
@@ -79,31 +79,31 @@ impl<T> Compositor<T> {
         })
     }
 
-    /// Asks about the picture that is handed over next.
+    /// Requests a report about the picture that is handed over next.
     pub(super) fn ask(&mut self) {
         self.asked += 1;
         let (surface, handle) = (&self.window.surface, self.queue.handle());
         self.presentation.feedback(surface, &handle, self.asked);
     }
 
-    /// Notes that the picture was handed over about which was asked last.
+    /// Notes that the picture of the last request was handed over.
     pub(super) fn hand(&mut self, picture: T) {
-        // Nothing is told of a window's pictures while nobody sees it.
+        // The compositor reports nothing about the pictures of a hidden window.
         if self.waiting.len() == WAITING_MAX {
             self.waiting.pop_front();
         }
         self.waiting.push_back((self.asked, picture));
     }
 
-    /// Calls `each` for each picture of which the compositor told since the last call.
+    /// Calls `each` for each picture that the compositor reported since the last call.
     pub(super) fn take(
         &mut self,
         handed_ns: impl Fn(&T) -> u64,
         mut each: impl FnMut(T, Presented),
     ) -> Result<(), Missing> {
-        let taken = self.queue.dispatch_pending(&mut self.told);
+        let taken = self.queue.dispatch_pending(&mut self.reports);
         taken.map_err(|error| Missing::Refused(error.to_string()))?;
-        for (number, end) in self.told.ends.drain(..) {
+        for (number, end) in self.reports.ends.drain(..) {
             let at = self.waiting.iter().position(|it| it.0 == number);
             let Some((_, picture)) = at.and_then(|at| self.waiting.remove(at)) else {
                 continue;
@@ -135,7 +135,8 @@ fn presented(end: End, clock: ClockId) -> Presented {
     }
 }
 
-/// The clock of this number, if it is one that runs on while nobody reads it.
+/// The clock of this number, if it measures the time of day or the time since the start of the
+/// computer. `None` for any other, such as a clock of CPU time.
 fn named(number: u32) -> Option<ClockId> {
     let known = [
         ClockId::Realtime,
@@ -148,9 +149,9 @@ fn named(number: u32) -> Option<ClockId> {
     known.into_iter().find(|&clock| clock as u32 == number)
 }
 
-/// A time of this clock, just past, on `CLOCK_MONOTONIC`, ns.
+/// Converts a recent time of this clock to `CLOCK_MONOTONIC`, ns.
 fn monotonic_ns(clock: ClockId, at_ns: u64) -> u64 {
-    // A coarse clock is the same clock, as it was at the last interrupt of the timer.
+    // A coarse clock has the time of its clock at the last timer interrupt.
     if matches!(clock, ClockId::Monotonic | ClockId::MonotonicCoarse) {
         return at_ns;
     }
@@ -162,11 +163,11 @@ fn monotonic_ns(clock: ClockId, at_ns: u64) -> u64 {
     let theirs = clock_gettime(read);
     let now_ns = before_ns.midpoint(now_ns());
     let theirs_ns = theirs.tv_sec as u64 * 1_000_000_000 + theirs.tv_nsec as u64;
-    // The sum of a wrapped difference is exact.
+    // The difference may wrap below zero; the sum wraps back.
     now_ns.wrapping_add(at_ns.wrapping_sub(theirs_ns))
 }
 
-impl Dispatch<WlRegistry, GlobalListContents> for Told {
+impl Dispatch<WlRegistry, GlobalListContents> for Reports {
     fn event(
         _: &mut Self,
         _: &WlRegistry,
@@ -178,9 +179,9 @@ impl Dispatch<WlRegistry, GlobalListContents> for Told {
     }
 }
 
-impl Dispatch<WpPresentation, ()> for Told {
+impl Dispatch<WpPresentation, ()> for Reports {
     fn event(
-        told: &mut Self,
+        reports: &mut Self,
         _: &WpPresentation,
         event: wp_presentation::Event,
         (): &(),
@@ -188,14 +189,14 @@ impl Dispatch<WpPresentation, ()> for Told {
         _: &QueueHandle<Self>,
     ) {
         if let wp_presentation::Event::ClockId { clk_id } = event {
-            told.clock = Some(clk_id);
+            reports.clock = Some(clk_id);
         }
     }
 }
 
-impl Dispatch<WpPresentationFeedback, u64> for Told {
+impl Dispatch<WpPresentationFeedback, u64> for Reports {
     fn event(
-        told: &mut Self,
+        reports: &mut Self,
         _: &WpPresentationFeedback,
         event: wp_presentation_feedback::Event,
         number: &u64,
@@ -203,12 +204,12 @@ impl Dispatch<WpPresentationFeedback, u64> for Told {
         _: &QueueHandle<Self>,
     ) {
         if let Some(end) = end(&event) {
-            told.ends.push((*number, end));
+            reports.ends.push((*number, end));
         }
     }
 }
 
-/// The end of a picture's way that an event tells.
+/// The end of a picture's way that an event reports.
 fn end(event: &wp_presentation_feedback::Event) -> Option<End> {
     use wp_presentation_feedback::Event;
     match *event {
@@ -246,7 +247,7 @@ fn end(event: &wp_presentation_feedback::Event) -> Option<End> {
 mod tests {
     use super::*;
 
-    fn told(at: [u32; 3], refresh: u32, flags: WEnum<Kind>) -> Option<End> {
+    fn end_of(at: [u32; 3], refresh: u32, flags: WEnum<Kind>) -> Option<End> {
         let [tv_sec_hi, tv_sec_lo, tv_nsec] = at;
         end(&wp_presentation_feedback::Event::Presented {
             tv_sec_hi,
@@ -260,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn an_event_tells_time_way_rate_and_whose_clock() {
+    fn an_event_has_time_way_refresh_time_and_clock() {
         let shown = |at_ns, way, refresh_ns, by_hardware| {
             let screen = ScreenTime {
                 refresh_ns,
@@ -268,14 +269,14 @@ mod tests {
             };
             Some(End::Shown { at_ns, way, screen })
         };
-        let plain = told([0, 3, 500], 16_666_666, WEnum::Value(Kind::empty()));
+        let plain = end_of([0, 3, 500], 16_666_666, WEnum::Value(Kind::empty()));
         let composed = shown(3_000_000_500, Way::Copy, Some(16_666_666), false);
         assert_eq!(plain, composed);
         let direct = Kind::Vsync | Kind::HwClock | Kind::HwCompletion | Kind::ZeroCopy;
-        let far = told([1, 0, 0], 0, WEnum::Value(direct));
+        let far = end_of([1, 0, 0], 0, WEnum::Value(direct));
         assert_eq!(far, shown((1 << 32) * 1_000_000_000, Way::Flip, None, true));
         // A bit that this program does not know hides none of the others.
-        let newer = told([0, 0, 1], 0, WEnum::Unknown(0x102));
+        let newer = end_of([0, 0, 1], 0, WEnum::Unknown(0x102));
         assert_eq!(newer, shown(1, Way::Copy, None, true));
         let discarded = end(&wp_presentation_feedback::Event::Discarded);
         assert_eq!(discarded, Some(End::Discarded));

@@ -1,8 +1,9 @@
 //! Asks the X server when it presents the window's pictures.
 //!
-//! Drivers show the pictures of a window through the X server's extension Present, and the server
-//! tells each client that asks. So this file opens a connection of its own and asks for the
-//! window's presentations. Each event carries its time, so it may be read late.
+//! Drivers show the pictures of a window through the X server's extension Present. The server
+//! reports each presentation to every client that asks for it. So this module opens a connection of
+//! its own and asks for the window's presentations. Each event carries its time, so it may be read
+//! late.
 
 use x11rb::connection::{Connection as _, RequestConnection as _};
 use x11rb::errors::ConnectionError;
@@ -45,7 +46,7 @@ impl<T> Server<T> {
         self.order.hand(picture);
     }
 
-    /// Calls `each` for each picture of which the server told since the last call.
+    /// Calls `each` for each picture that the server reported since the last call.
     pub(super) fn take(
         &mut self,
         handed_ns: impl Fn(&T) -> u64,
@@ -57,7 +58,7 @@ impl<T> Server<T> {
                     let Some(presented) = presented(&event) else {
                         continue;
                     };
-                    let Some(picture) = self.order.told(event.serial) else {
+                    let Some(picture) = self.order.take_reported(event.serial) else {
                         continue;
                     };
                     if !is_this_clock(presented.at_ns, handed_ns(&picture), now_ns()) {
@@ -73,7 +74,7 @@ impl<T> Server<T> {
     }
 }
 
-/// Asks an X server to tell when the pictures of a window are complete. `None` stands for the
+/// Asks an X server to report when the pictures of a window are complete. `None` stands for the
 /// server that DISPLAY names.
 fn ask(display: Option<&str>, window: u32) -> Result<RustConnection, Missing> {
     let refused = |error: &dyn std::error::Error| Missing::Refused(error.to_string());
@@ -96,7 +97,7 @@ fn failed(error: &ConnectionError) -> Missing {
     Missing::Refused(error.to_string())
 }
 
-/// The presentation that an event tells. `None`: it is of no picture.
+/// The presentation that an event reports. `None`: the event concerns no picture.
 fn presented(event: &CompleteNotifyEvent) -> Option<Presented> {
     if event.kind != CompleteKind::PIXMAP {
         return None;
@@ -193,29 +194,32 @@ mod tests {
     }
 
     #[test]
-    fn a_server_tells_when_each_picture_of_another_client_was_presented() {
+    fn a_server_reports_when_each_picture_of_another_client_was_presented() {
         let Some(screen) = screen(&[]) else { return };
         let (client, number) = window(&screen.1);
         let mut server = Server::on(Some(&screen.1), number).unwrap();
-        let mut told = Vec::new();
+        let mut reported = Vec::new();
         let begun_ns = now_ns();
         for serial in 1..=5 {
             server.hand(now_ns());
             show(&client, number, serial);
         }
         let begun = Instant::now();
-        while told.len() < 5 && begun.elapsed() < Duration::from_secs(20) {
-            let taken = server.take(|it| *it, |handed_ns, it| told.push((handed_ns, it)));
+        while reported.len() < 5 && begun.elapsed() < Duration::from_secs(20) {
+            let taken = server.take(|it| *it, |handed_ns, it| reported.push((handed_ns, it)));
             taken.unwrap();
             std::thread::sleep(Duration::from_millis(2));
         }
-        // Once, beside a whole end-to-end run, four of five were told within 20 s.
-        assert!(told.len() >= 4, "{told:?}");
-        let copied = told.iter().filter(|(_, it)| it.way == Way::Copy).count();
-        assert!(copied > 0, "Xvfb copies: {told:?}");
-        for (handed_ns, it) in &told {
-            // Xvfb counts in frames of its own, so a time may be up to one of them early.
-            assert!(it.at_ns + 20_000_000 > *handed_ns, "{told:?}");
+        // Once, beside a whole end-to-end run, four of five pictures were reported within 20 s.
+        assert!(reported.len() >= 4, "{reported:?}");
+        let copied = reported
+            .iter()
+            .filter(|(_, it)| it.way == Way::Copy)
+            .count();
+        assert!(copied > 0, "Xvfb copies: {reported:?}");
+        for (handed_ns, it) in &reported {
+            // Xvfb counts frames of its own, so a time may be up to one frame early.
+            assert!(it.at_ns + 20_000_000 > *handed_ns, "{reported:?}");
             assert!((begun_ns..now_ns() + 20_000_000).contains(&(it.at_ns + 20_000_000)));
         }
     }
@@ -225,7 +229,7 @@ mod tests {
         let Some(without) = screen(&["-extension", "Present"]) else {
             return;
         };
-        // Some servers cannot do without it.
+        // Some servers cannot run without the extension.
         let (client, at) = RustConnection::connect(Some(&without.1)).unwrap();
         let has = client.extension_information(present::X11_EXTENSION_NAME);
         if has.unwrap().is_none() {
@@ -248,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn events_of_no_picture_tell_nothing_and_each_way_has_its_word() {
+    fn events_of_no_picture_are_ignored_and_each_mode_has_its_way() {
         let event = |kind, mode| CompleteNotifyEvent {
             response_type: 35,
             extension: 0,

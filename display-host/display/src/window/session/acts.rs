@@ -65,7 +65,7 @@ impl Session {
             let now_s = self.start.elapsed().as_secs_f64();
             self.ui.acts = ActsView::at(done, now_s, ActsReader::Instructor);
         }
-        // The person at the station may have gone on. In a replay, the pause is the viewer's.
+        // The trainee may have ended the pause. In a replay, the viewer pauses, not an instructor.
         if self.replay.is_none() {
             let paused = self.ui.is_paused();
             let lasts = self.pause_note.tells(self.ui.acts.pauses, paused);

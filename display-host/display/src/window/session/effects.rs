@@ -9,7 +9,8 @@ const OBSERVED_SPEED: f32 = 2.0;
 impl Session {
     /// Effects since the last picture, with their ticks. Since then `seconds` have been played.
     pub(in crate::window) fn take_effects(&mut self, seconds: f32) -> Vec<(u64, Effect)> {
-        // The leaks of the moment that a seek goes to come while it lasts.
+        // During a seek, the reports of the target's leaks arrive. They stay pending until the seek
+        // is over.
         if self.is_seeking() {
             return Vec::new();
         }
@@ -49,7 +50,8 @@ impl Session {
         }
     }
 
-    /// Largest speed at which the shown ticks pass. An observer does not know that of a replay.
+    /// Largest speed at which the shown ticks pass. An observer's display does not know a replay's
+    /// speed, so it assumes the largest.
     pub(in crate::window) fn most_speed(&self) -> f32 {
         (self.ui.replay).map_or(OBSERVED_SPEED, |view| view.speed as f32)
     }

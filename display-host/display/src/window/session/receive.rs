@@ -1,4 +1,4 @@
-//! Takes the messages of all services, and tells the panel and the sound what they mean.
+//! Takes the messages of all services, and updates the panel and the sound by them.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -236,7 +236,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_device_that_limits_its_force_is_told_once() {
+    fn a_device_that_limits_its_force_is_reported_once() {
         let mut batch = TimingBatch::zeroed();
         let mut known_ticks = 0;
         assert!(!begins_to_limit(&mut known_ticks, &batch));

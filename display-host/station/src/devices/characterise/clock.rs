@@ -11,7 +11,7 @@ use rt_process::time_driver::now_ns;
 use crate::devices::typed::typed_lines;
 use crate::say;
 
-/// Lateness of a step from which the milliseconds restart at the present time, ns.
+/// If a step is later than this, the milliseconds restart at the present time, ns.
 const LATE_NS: u64 = 20_000_000;
 const MILLISECOND_NS: u64 = 1_000_000;
 /// Interval at which the wait for Enter checks for Ctrl-C.

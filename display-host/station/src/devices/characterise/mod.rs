@@ -55,7 +55,9 @@ pub(super) fn run(args: &CharacteriseArgs) -> Result<ExitCode, Problem> {
         });
         experiments.join()
     });
-    let made = match experiments.map_err(|_| "the experiments broke off")? {
+    let made = match experiments
+        .map_err(|_| "the thread of the experiments panicked; please report this")?
+    {
         Ok(Some(made)) => made,
         Ok(None) | Err(HardwareError::Halted(Halt::Asked)) => {
             say::note("Stopped. The force is zero.");
@@ -89,6 +91,7 @@ pub(super) fn run(args: &CharacteriseArgs) -> Result<ExitCode, Problem> {
     })
 }
 
+/// Format of a file that the command writes under this name.
 fn format_of(name: &str) -> Option<Format> {
     match name {
         PAGE => Some(Format::Page),
@@ -235,6 +238,7 @@ fn pressed(
     Ok(Some(found))
 }
 
+/// Tells the person what will happen, for how long, and what to do.
 fn explain(device: &mut dyn HapticDevice, options: &Options, path: &Path) {
     let can = device.capabilities();
     let allowed_n = f64::from(can.force_continuous_n.min(0.5 * can.force_max_n));
@@ -263,8 +267,8 @@ fn explain(device: &mut dyn HapticDevice, options: &Options, path: &Path) {
     }
 }
 
-/// Waits for Enter, and drops the samples that piled up meanwhile. Returns false on Ctrl-C, and if
-/// nobody can press Enter.
+/// Waits for Enter, and drops the samples that came during the wait. Returns false on Ctrl-C, and
+/// if nobody can press Enter.
 fn is_begun(device: &mut dyn HapticDevice, clock: &RealClock) -> bool {
     let begins = clock.wait_for_enter();
     device.poll(now_ns());

@@ -12,8 +12,8 @@ use crate::problem::Problem;
 
 /// Largest number of points of a measured course that the chart draws.
 const POINTS: usize = 250;
-/// Time between two samples from which no line joins them, ms, because the handle was not seen in
-/// between.
+/// No line joins two samples that are farther apart than this, ms: the motion between them is not
+/// known.
 const GAP_MS: f64 = 3.0;
 /// First colour of charts with a measurement and its model: green, then black.
 const GREEN: usize = 7;

@@ -11,7 +11,7 @@ const NAMES: [&str; 3] = ["x", "y", "z"];
 /// Width of the names of the rows, in characters.
 const WIDTH: usize = 28;
 
-/// A row: name, unit, factor to the unit, decimals, and the value.
+/// A row: name, unit, factor from SI to the unit, number of decimals, and the value.
 type Row = (
     &'static str,
     &'static str,
@@ -25,13 +25,14 @@ const ROWS: [Row; 7] = [
     ("viscous damping", "N s/m", 1.0, 3, |it| it.damping_n_s_m),
     ("friction, moving", "N", 1.0, 3, |it| it.friction_n),
     ("friction, break-away", "N", 1.0, 3, |it| it.break_away_n),
-    ("force that carries it", "N", 1.0, 3, |it| it.carries_n),
+    ("force against weight", "N", 1.0, 3, |it| it.carries_n),
     (TREMOR, "N s/m", 1.0, 3, Axis::tremor_damping_n_s_m),
     (DELAY, "ms", 1e3, 2, |it| it.delay_s),
 ];
-/// Name of the row with the damping of a tremor. The row has a declared value.
+/// Name of the row with the damping at the speed of a tremor. The table also has its declared
+/// value.
 const TREMOR: &str = "damping of a tremor";
-/// Name of the row with the delay. The row has a declared value.
+/// Name of the row with the delay. The table also has its declared value.
 const DELAY: &str = "delay";
 
 /// Axes that were measured, with their names; the opening comes last.
@@ -55,6 +56,7 @@ pub(super) struct Line {
     pub(super) declared: String,
 }
 
+/// Rows of the table.
 pub(super) fn rows(found: &Characterised) -> Vec<Line> {
     let cell = |of: Estimate, factor: f64, decimals: usize| {
         // Round first, because a small negative value would become "-0.000".

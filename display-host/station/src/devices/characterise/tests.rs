@@ -83,7 +83,7 @@ fn opening_of_a_handle_has_its_column_its_figures_and_its_charts() {
     for expected in [
         "opening    declared\n",
         "23.7 mm of the declared 30.0 mm: ends or travel are wrong",
-        "of 0.95 N it gives only 0.50 times what small forces promise",
+        "of 0.95 N the motor renders only 0.50 times what small forces promise",
         "opening: declares 1000 N/m, a wall of 200 N/m buzzes",
     ] {
         assert!(text.contains(expected), "{text}");

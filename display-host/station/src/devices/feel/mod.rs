@@ -46,7 +46,7 @@ pub(super) fn run(args: &FeelArgs) -> Result<ExitCode, Problem> {
     let mut device = opened(args, text.as_deref())?;
     if args.script.is_none() && !args.json {
         say::note(
-            "This takes about three minutes. Forces are 0.5 N at most, once 2 N, and 1 N on the fingers of a \
+            "This takes about four minutes. Forces are 0.5 N at most, once 2 N, and 1 N on the fingers of a \
              handle that opens. Ctrl-C ends them at once.",
         );
     }

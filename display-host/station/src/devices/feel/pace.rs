@@ -24,7 +24,7 @@ impl Pace {
     }
 
     /// Waits for the next millisecond and returns the time, ns. A late call returns at once, and
-    /// the next millisecond counts from then.
+    /// the next millisecond begins at that moment.
     pub(super) fn wait(&mut self) -> u64 {
         self.due += Duration::from_millis(1);
         match self.due.checked_duration_since(Instant::now()) {
@@ -63,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn milliseconds_last_as_long_and_missed_ones_are_not_made_up_for() {
+    fn each_wait_takes_a_millisecond_and_missed_ones_are_not_made_up_for() {
         let mut pace = Pace::new(Arc::default());
         let start = Instant::now();
         std::thread::sleep(Duration::from_millis(20));

@@ -1,4 +1,4 @@
-//! Page of a test by hand: its checks, and the device's response to steps, sine and chirp.
+//! HTML page about a test by hand: its checks, and the device's response to forces along x.
 
 use core::fmt::Write as _;
 
@@ -7,6 +7,7 @@ use figures::times;
 use hardware::conformance::CheckOutcome;
 use hardware::feel::{Felt, Point};
 
+/// The page as text.
 pub(super) fn page(felt: &Felt) -> String {
     let device = escape(&felt.report.device);
     let mut page = format!(
@@ -34,19 +35,19 @@ pub(super) fn page(felt: &Felt) -> String {
         );
     }
     page += "</table>";
-    let course = |of: fn(&Point) -> f32| -> Vec<(f64, f64)> {
+    let curve = |of: fn(&Point) -> f32| -> Vec<(f64, f64)> {
         let points = felt.response.iter();
         points.map(|it| (it.at_s.into(), of(it).into())).collect()
     };
-    let force = course(|it| it.force_n);
-    let middle_m = felt.response.first().map_or(0.0, |it| it.position_m);
-    let mut way = course(|it| it.position_m * 1e3);
-    for (_, mm) in &mut way {
-        *mm -= f64::from(middle_m) * 1e3;
+    let force = curve(|it| it.force_n);
+    let first_m = felt.response.first().map_or(0.0, |it| it.position_m);
+    let mut travel = curve(|it| it.position_m * 1e3);
+    for (_, mm) in &mut travel {
+        *mm -= f64::from(first_m) * 1e3;
     }
     if felt.response.is_empty() {
-        page += "<p class=\"lead\">There are no charts: the test ended before the steps, the sine and the \
-                 chirp.</p>";
+        page += "<p class=\"lead\">There are no charts: the test ended before its force along x (steps, a sine, \
+                 a chirp).</p>";
     }
     for (line, unit, caption) in [
         (
@@ -55,9 +56,9 @@ pub(super) fn page(felt: &Felt) -> String {
             "Commanded force along x: steps, a sine, a chirp to 30 Hz.",
         ),
         (
-            way,
+            travel,
             "position along x, mm",
-            "Position along x, from its beginning.",
+            "Position along x, relative to the first sample.",
         ),
     ] {
         if let Some(svg) = times::courses(&[("", &line)], unit) {

@@ -30,7 +30,7 @@ impl Terminal {
         }
     }
 
-    /// Asks until `read` understands the answer. `None`: the test must end.
+    /// Asks until `read` understands the answer. Returns `None` if the test must end.
     fn ask<T>(&mut self, question: &str, read: impl Fn(&str) -> Option<T>) -> Option<T> {
         while !self.pace.is_stopped() {
             let mut to = std::io::stderr();
@@ -53,7 +53,7 @@ impl Terminal {
     }
 }
 
-/// Sentence for a rig whose handle is an instrument in a port.
+/// Sentence for a rig whose handle belongs to an instrument in a port.
 const fn port_note(step: &Step) -> Option<&'static str> {
     match step {
         Step::Move {
@@ -61,11 +61,11 @@ const fn port_note(step: &Step) -> Option<&'static str> {
             ..
         } => Some(
             "An instrument in a port: begin with it half drawn out. It swings about the port while its \
-             handle moves; only the way of the handle counts.",
+             handle moves; only the motion of the handle counts.",
         ),
         Step::Move { .. } => Some(
-            "An instrument in a port: draw the instrument out along its shaft, as far as that leads the same \
-             way, and tilt it for the rest. Only the way of the handle counts.",
+            "An instrument in a port: draw the instrument out along its shaft, as far as that leads in this \
+             direction, and tilt it for the rest. Only the motion of the handle counts.",
         ),
         Step::Hold | Step::HoldFirmly | Step::HoldForSilence => Some(
             "An instrument in a port: hold it half drawn out, so that it can slide both ways. A push that \
@@ -207,7 +207,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_instrument_in_a_port_is_told_to_be_drawn_out() {
+    fn the_notes_for_an_instrument_in_a_port_say_to_draw_it_out() {
         for direction in [Direction::Up, Direction::Towards] {
             let note = port_note(&Step::Move {
                 direction,

@@ -1,4 +1,4 @@
-//! ffmpeg, which makes a film of raw pictures.
+//! Makes a film of raw pictures with ffmpeg.
 
 use std::ffi::{OsStr, OsString};
 use std::io::{BufRead as _, BufReader, ErrorKind, Write as _};
@@ -8,13 +8,13 @@ use std::thread::JoinHandle;
 
 use crate::problem::Problem;
 
-/// A running encoder. It writes into a file beside the film's, which gets the film's name at the
-/// end, or is removed.
+/// A running encoder. It writes to a temporary file next to the film. [`Encoder::keep`] gives this
+/// file the film's name; otherwise the file is removed.
 #[derive(Debug)]
 pub(super) struct Encoder {
     child: Child,
     pictures: Option<ChildStdin>,
-    /// Thread that waits for the last line that ffmpeg says.
+    /// Thread that reads the messages of ffmpeg. It returns the last line.
     said: Option<JoinHandle<String>>,
     path: PathBuf,
     partial: PathBuf,
@@ -56,7 +56,7 @@ impl Encoder {
                 "-i",
                 "-",
             ])
-            // Raters must not find out when and by whom the film was made.
+            // No metadata: raters must not learn when and by whom the film was made.
             .args([
                 "-an",
                 "-map_metadata",
@@ -92,7 +92,7 @@ impl Encoder {
         let written = pictures.is_some_and(|it| it.write_all(picture).is_ok());
         match written {
             true => Ok(()),
-            // ffmpeg gave up, and says why.
+            // ffmpeg ended early. Its last line gives the reason.
             false => Err(self.problem()),
         }
     }
@@ -130,15 +130,16 @@ impl Encoder {
 impl Drop for Encoder {
     fn drop(&mut self) {
         self.pictures = None;
-        // After the film's end there is nothing to kill, and no file under this name.
+        // After `keep`, the process has ended and the temporary file has the film's name: these
+        // calls then fail without harm.
         let _ = self.child.kill();
         let _ = self.child.wait();
         let _ = std::fs::remove_file(&self.partial);
     }
 }
 
-/// File beside the film's in which it grows. Its ending names the same format, and it begins with
-/// no dash, which would be an option.
+/// Temporary file next to the film. It has the same extension, which names the format. Its name
+/// does not begin with a dash, because ffmpeg would take it for an option.
 fn partial_of(path: &Path) -> PathBuf {
     let folder = path.parent().filter(|it| !it.as_os_str().is_empty());
     let mut name = OsString::from(format!(".part-{}-", std::process::id()));
@@ -146,7 +147,8 @@ fn partial_of(path: &Path) -> PathBuf {
     folder.unwrap_or(Path::new(".")).join(name)
 }
 
-/// Reads what ffmpeg says, so that it never waits for a reader. Returns its last line.
+/// Reads the messages of ffmpeg, so that it never waits for a reader. The thread returns the last
+/// line.
 fn last_line(errors: ChildStderr) -> JoinHandle<String> {
     std::thread::spawn(move || {
         let mut last = String::from("no reason given");
@@ -164,7 +166,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_computer_without_ffmpeg_is_told_what_to_install() {
+    fn without_ffmpeg_the_error_names_the_package() {
         let nothing = OsStr::new("/nowhere/ffmpeg");
         let path = Path::new("film.mp4");
         let said = Encoder::begin_as(nothing, path, [64, 64], 25).expect_err("no ffmpeg");
@@ -176,7 +178,7 @@ mod tests {
         );
     }
 
-    /// A program that does this instead of ffmpeg. Its last argument is the file to write.
+    /// A shell script in place of ffmpeg. `$file` is the last argument: the file to write.
     fn program(folder: &Path, script: &str) -> PathBuf {
         let program = folder.join("ffmpeg");
         let script = format!("#!/bin/bash\nfile=\"${{@: -1}}\"\n{script}\n");
@@ -199,9 +201,9 @@ mod tests {
     }
 
     #[test]
-    fn an_encoder_that_gives_up_says_why_and_leaves_nothing() {
-        // Ends at once, as ffmpeg does when it does not know a format. It says more than a pipe
-        // holds.
+    fn an_encoder_that_ends_early_gives_the_reason_and_leaves_no_file() {
+        // The script ends at once, as ffmpeg does when it does not know a format. It prints more
+        // than a pipe holds.
         let folder = tempfile::tempdir().unwrap();
         let script = "echo half > \"$file\"; seq 20000 >&2; echo 'no such format' >&2; exit 1";
         let mut encoder = begun(folder.path(), script);
@@ -228,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn an_encoder_that_is_not_needed_any_more_is_ended() {
+    fn a_dropped_encoder_is_ended() {
         let folder = tempfile::tempdir().unwrap();
         let encoder = begun(folder.path(), "echo half > \"$file\"; exec sleep 600");
         drop(encoder);
@@ -236,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn a_film_that_cannot_be_named_is_told() {
+    fn a_film_that_cannot_be_named_is_an_error() {
         let folder = tempfile::tempdir().unwrap();
         let mut encoder = begun(folder.path(), "cat > /dev/null");
         encoder.end().unwrap();

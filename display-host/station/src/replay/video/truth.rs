@@ -1,4 +1,4 @@
-//! The truth behind a film: what the model knows about the critical view of safety.
+//! The side file of a film: the model's truth about the critical view of safety.
 
 use std::path::{Path, PathBuf};
 
@@ -21,11 +21,13 @@ pub(super) struct Side {
     /// Id of the session; empty for a session without a task.
     session: String,
     task: String,
-    /// Pictures a second, and their number.
+    /// Pictures a second.
     rate_hz: u32,
+    /// Number of pictures.
     pictures: u32,
-    /// Time of the session at the film's beginning, s, and the film's speed.
+    /// Time of the session at the film's beginning, s.
     from_s: f64,
+    /// Speed of the film, as a multiple of real time.
     speed: f64,
     moments: Vec<Moment>,
     /// The assessment's record of the shown views.
@@ -45,13 +47,13 @@ struct Moment {
     triangle: Option<f64>,
     /// Share of the tissue in the bed's lower third that is removed.
     lower_bed: Option<f64>,
-    /// Share of cystic duct and artery that are whole.
+    /// Share of cystic duct and artery that is whole.
     two: Option<f64>,
-    /// The view was shown and held, from the front and from behind.
+    /// True if the view was shown and held: from the front, from behind.
     held: [bool; 2],
 }
 
-/// The truth while the film is made.
+/// The side file while the film is made.
 pub(super) struct Truth {
     operation: Operation,
     assessment: Assessment,
@@ -84,7 +86,8 @@ impl Truth {
         })
     }
 
-    /// Goes on to this tick, at `video_s` of the film. Returns the endoscope's angles, rad.
+    /// Assesses the session up to this tick, which the film shows at `video_s`. Returns the angles
+    /// of the endoscope, rad: between view and shaft, and of the light cable.
     pub(super) fn until(&mut self, tick: u64, video_s: f64) -> [f32; 2] {
         while let Some(entry) = self.next.take_if(|it| it.tick <= tick) {
             if let EntryContent::Sight {
@@ -112,7 +115,7 @@ impl Truth {
         self.sight_rad
     }
 
-    /// The whole truth, with the rest of the session.
+    /// Assesses the rest of the session and returns the side file.
     pub(super) fn end(mut self, pictures: u32, from_s: f64, speed: f64) -> Side {
         for entry in self.next.take().into_iter().chain(&mut self.operation) {
             self.assessment.take(&entry);

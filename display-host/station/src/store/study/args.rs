@@ -11,22 +11,22 @@ use crate::output::Overwrite;
 /// Options of `calot store study`.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct StudyArgs {
-    /// Property that makes the groups
+    /// Property by which trainees are grouped
     #[arg(long, value_name = "WHAT", value_enum, default_value_t)]
     pub(super) by: By,
-    /// Only this task [default: every task that has sessions]
+    /// Compare this task only [default: every task that has sessions]
     #[arg(long, value_name = "TASK", value_parser = parse_task)]
     pub(super) task: Option<Task>,
     /// Difficulty [default: the most frequent of each task]
     #[arg(long, value_name = "HOW", value_parser = parse_difficulty)]
     pub(super) difficulty: Option<Difficulty>,
-    /// Take in sessions of scripted hands, realtime or not
+    /// Include sessions of scripted hands, realtime or not
     #[arg(long)]
     pub(super) scripted: bool,
-    /// Take in persons' sessions that were not realtime
+    /// Include sessions of people that were not realtime
     #[arg(long)]
     pub(super) not_realtime: bool,
-    /// Take in only trainees who consented; without this, leave out those who refused
+    /// Include only trainees who consented; without this option, leave out those who refused
     #[arg(long)]
     pub(super) consented: bool,
     /// Write the trainees' names instead of numbers
@@ -40,7 +40,7 @@ pub(crate) struct StudyArgs {
     pub(super) overwrite: Overwrite,
 }
 
-/// Property that makes the groups.
+/// Property by which trainees are grouped.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
 pub(super) enum By {
     /// The trainees' cohort

@@ -9,7 +9,8 @@ use store::{Rating, Store};
 use super::sample::{Sample, TaskSample};
 use crate::problem::Problem;
 
-/// Least number of persons of a group for a comparison: of two and three, no order is rare.
+/// Least number of persons of a group for a comparison. With fewer, no order of the values is rare
+/// enough to be significant.
 const PERSONS_MIN: usize = 3;
 /// Least number of sessions for the agreement of raters.
 const SESSIONS_MIN: usize = 3;
@@ -19,17 +20,17 @@ const SESSIONS_MIN: usize = 3;
 pub(super) struct Pair {
     pub(super) groups: [String; 2],
     pub(super) found: Compared,
-    /// Probability by Holm, over all comparisons of the task.
+    /// Probability after Holm's correction for all comparisons of the task.
     pub(super) raised: f64,
 }
 
-/// A metric of a task: quartiles by group, and pairs of groups. A group that is too small is in no
-/// pair.
+/// A metric of a task: quartiles of each group, and comparisons of pairs of groups. A group that is
+/// too small is not compared.
 #[derive(Debug)]
 pub(super) struct Row {
     pub(super) metric: String,
     pub(super) unit: &'static str,
-    /// First quartile, median, third quartile of the persons.
+    /// First quartile, median and third quartile of the persons of each group.
     pub(super) quartiles: Vec<[f64; 3]>,
     pub(super) pairs: Vec<Pair>,
 }
@@ -85,16 +86,18 @@ pub(super) fn rows(task: &TaskSample) -> Vec<Row> {
 #[derive(Debug)]
 pub(super) struct Reliability {
     pub(super) name: String,
-    /// Numbers of filled forms, and for a sheet of sessions that all these raters scored.
+    /// Number of filled forms.
     pub(super) filled: usize,
+    /// Number of sessions that all these raters scored; only for a sheet.
     pub(super) sessions: usize,
+    /// Number of raters whose agreement is computed; only for a sheet.
     pub(super) raters: usize,
     pub(super) agreement: Option<Agreement>,
     pub(super) alpha: Option<f64>,
 }
 
-/// Agreement on every sheet and consistency of every questionnaire, of the sessions and trainees
-/// whose data the store holds for this study.
+/// Agreement on every sheet and consistency of every questionnaire, for the sessions and trainees
+/// of the sample.
 pub(super) fn agreements(store: &Store, sample: &Sample) -> Result<Vec<Reliability>, Problem> {
     let sessions = { sample.tasks.iter() }.flat_map(|it| &it.people);
     let sessions: BTreeSet<&String> = sessions
@@ -138,7 +141,8 @@ fn of_sheet(name: &str, ratings: &[Rating]) -> Reliability {
         let of_rater = sums.entry(&it.rater).or_default();
         of_rater.insert(&it.session, f64::from(it.sum()));
     }
-    // The rater with the fewest sheets goes until enough sessions have points of all others.
+    // Leave out raters, those with the fewest sheets first, until all others have scored enough
+    // sessions in common.
     let mut raters: Vec<_> = sums.into_values().collect();
     raters.sort_by_key(|it| std::cmp::Reverse(it.len()));
     let table = loop {

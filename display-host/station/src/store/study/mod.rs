@@ -1,8 +1,8 @@
-//! `calot store study`: groups of trainees compared, their learning, the agreement of raters.
+//! `calot store study`: compares groups of trainees, their learning, and the agreement of raters.
 //!
 //! ```text
-//! sample   which sessions of whom count, and how many do not
-//! figures  persons' medians, groups compared, learning, agreement
+//! sample   sessions and people that count, and the number of those that do not
+//! figures  medians of each person, comparison of groups, learning, agreement of raters
 //! page     study.html
 //! ```
 
@@ -20,6 +20,7 @@ use crate::output::{self, Format};
 use crate::problem::Problem;
 use crate::say;
 
+/// Writes study.csv and study.html.
 pub(super) fn run(store: &Store, args: &StudyArgs) -> Result<(), Problem> {
     let place = |name: &str| args.out.join(name);
     let table = output::file(Some(&place("study.csv")), "", Format::Table, args.overwrite)?;
@@ -45,7 +46,7 @@ pub(super) fn run(store: &Store, args: &StudyArgs) -> Result<(), Problem> {
 /// Columns of study.csv before those of the metrics.
 const COLUMNS: &str = "task,difficulty,metrics_version,group,person,sessions,score";
 
-/// A row for each person and task: medians of the person's sessions.
+/// Text of study.csv: a row for each person and task, with medians of the person's sessions.
 fn csv(sample: &Sample) -> String {
     let metrics = Metric::ALL.map(Metric::name).join(",");
     let mut text = format!("{COLUMNS},{metrics}\n");

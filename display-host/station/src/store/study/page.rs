@@ -8,7 +8,7 @@ use statistics::learning;
 use super::figures::{Reliability, Row, rows};
 use super::sample::{Sample, TaskSample};
 
-/// Metrics that are drawn if they have values, besides those whose groups differ most.
+/// Metrics that are drawn if they have values, in addition to those whose groups differ most.
 const DRAWN: [&str; 6] = [
     "score",
     "time_s",
@@ -17,7 +17,7 @@ const DRAWN: [&str; 6] = [
     "smoothness",
     "idle_s",
 ];
-/// Metrics whose learning is followed.
+/// Metrics for which learning curves are drawn and fitted.
 const LEARNT: [&str; 3] = ["score", "time_s", "path_m"];
 
 /// The page.

@@ -1,4 +1,4 @@
-//! The sessions of a study: whose, and which.
+//! Sample of a study: its people, and their sessions that count.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,8 +7,8 @@ use store::{Consent, Hand, SessionRecord, Store};
 use super::args::{By, StudyArgs};
 use crate::problem::Problem;
 
-/// Group of those of whom nothing is told.
-const NOT_TOLD: &str = "not told";
+/// Name of the group of people whose group is not known.
+const GROUP_NOT_KNOWN: &str = "not told";
 
 /// A person in one task.
 #[derive(Debug)]
@@ -36,7 +36,7 @@ impl Person {
     }
 }
 
-/// Sessions of one task that compare.
+/// Comparable sessions of one task.
 #[derive(Debug)]
 pub(super) struct TaskSample {
     pub(super) task: String,
@@ -60,7 +60,8 @@ impl TaskSample {
     }
 }
 
-/// Numbers of sessions that are left out, by reason, and of those that are in with a doubt.
+/// Numbers of sessions that are left out, by reason, and of included sessions about which something
+/// is not known.
 #[derive(Debug, Default)]
 pub(super) struct LeftOut {
     refused: usize,
@@ -69,9 +70,9 @@ pub(super) struct LeftOut {
     not_realtime: usize,
     unfinished: usize,
     other: usize,
-    /// In the study, but nobody knows whether they were realtime.
+    /// Included sessions of which it is not known if they were realtime.
     pub(super) unknown_realtime: usize,
-    /// In the study, but nobody asked for consent.
+    /// Included sessions of trainees whom nobody asked for consent.
     pub(super) unknown_consent: usize,
 }
 
@@ -136,7 +137,7 @@ impl Sample {
                     By::Driver => &made.driver,
                 };
                 let group = match group.as_str() {
-                    "" => NOT_TOLD.to_owned(),
+                    "" => GROUP_NOT_KNOWN.to_owned(),
                     group => group.to_owned(),
                 };
                 let of_task = found.entry(session.task.clone()).or_default();
@@ -161,7 +162,7 @@ impl Sample {
     }
 }
 
-/// Decides whether a session counts, and counts the reason if not.
+/// Decides if a session counts. If not, counts it in `out` under the reason.
 fn counts(it: &SessionRecord, consent: Consent, args: &StudyArgs, out: &mut LeftOut) -> bool {
     let is_scripted = it.hand == Hand::Scripted;
     let realtime = it.circumstances.realtime;

@@ -342,8 +342,8 @@ fn closest_skin(
 const PATCH_WIDTH_MIN_RADII: f32 = 0.8;
 /// Least width of the patch under a thin round end, in its radii; at most
 /// [`THIN_PATCH_WIDTH_MAX_M`]. If the spheres are as close together as the end is wide, a dent of a
-/// few millimetres strains them in a way that the law does not describe. Fitted to a 3 mm tip on a
-/// gallbladder's neck of 2500 spheres, which was 17 % too stiff without this width.
+/// few millimetres strains them in a way that the law does not describe. Fitted to a 3 mm tip on
+/// the neck of a gallbladder of 2500 spheres. Without this width, the contact was 17 % too stiff.
 const THIN_PATCH_WIDTH_MIN_RADII: f32 = 1.3;
 /// Largest width that `THIN_PATCH_WIDTH_MIN_RADII` gives a patch, m.
 const THIN_PATCH_WIDTH_MAX_M: f32 = 0.004;

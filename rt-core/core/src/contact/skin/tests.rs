@@ -44,8 +44,8 @@ impl Octahedron {
             // The four corners around this one, anticlockwise seen from outside.
             let x = math::perpendicular(&up);
             let ring = [x, up.cross(&x), -x, -up.cross(&x)];
-            let ring = ring.map(|way| {
-                let nearest = |(_, corner): &(u16, Vec3)| corner.dot(&way) > 0.9;
+            let ring = ring.map(|direction| {
+                let nearest = |(_, corner): &(u16, Vec3)| corner.dot(&direction) > 0.9;
                 (0u16..).zip(corners).find(nearest).map_or(0, |(j, _)| j)
             });
             vertices.push(SkinVertex {
@@ -102,8 +102,8 @@ fn follow(steps: &[Vec3]) -> List<(Vec3, Vec3)> {
     let out = Vec3::new(1.0, 1.0, 1.0).normalize();
     let mut center_m = Vec3::new(1.0, 1.0, 1.0) * (SIZE_M / 3.0) + out * (BALL_M + 0.001);
     let mut ticks = List::new();
-    for way in steps {
-        center_m += way;
+    for step_m in steps {
+        center_m += step_m;
         let force_n = tissue.press(&ball(center_m)).force_n;
         let momentum: Vec3 = (0..6).map(|i| tissue.velocity_m_s(i) * MASS_KG).sum();
         ticks.push((force_n, momentum));
@@ -220,7 +220,7 @@ proptest! {
         steps in prop::collection::vec(vector(2.0e-4), 1..40), inward in 0.0f32..2.0e-4,
     ) {
         let inward = Vec3::new(-1.0, -1.0, -1.0) * inward;
-        let steps: List<Vec3> = steps.iter().map(|way| way + inward).collect();
+        let steps: List<Vec3> = steps.iter().map(|step| step + inward).collect();
         let mut before = Vec3::zeros();
         for (force_n, momentum) in follow(&steps) {
             let received_n = (momentum - before) / 0.001;

@@ -34,7 +34,7 @@ pub(crate) fn tool_points(parts: &[Capsule]) -> Vec<(u8, ToolPoint), MAX_TOOL_PO
     let of = |tool| parts.iter().filter(move |part| part.role.tool() == tool);
     let first = INSTRUMENT_POINTS as u8;
     for (number, point) in (0..first).zip(&points_of(of(Tool::Instrument))) {
-        let _ = all.push((number, *point)); // there is room for all of both tools
+        let _ = all.push((number, *point)); // room for the points of both tools
     }
     for (number, point) in (first..MAX_TOOL_POINTS as u8).zip(&points_of(of(Tool::Endoscope))) {
         let _ = all.push((number, *point));
@@ -56,7 +56,7 @@ fn points_of<'a>(
             radius_m,
             half_m: Vec3::zeros(),
             shape: Shape::Ball { radius_m },
-        }); // there are more places than parts
+        }); // room for the round end of every part
     }
     for part in parts.rev() {
         let back_m = part.a_m - part.b_m;

@@ -143,7 +143,7 @@ mod tests {
         /// The cache gives the position and normal of a fresh computation, after any earlier
         /// lookups. 3000 vertices with random fans share 1024 rows.
         #[test]
-        fn table_holds_what_a_fresh_computation_gives(
+        fn cache_gives_the_values_of_a_fresh_computation(
             seed in 1u32..u32::MAX, asked in prop::collection::vec((0u16..3000, any::<bool>()), 1..200),
         ) {
             let mut seed = seed;

@@ -36,12 +36,13 @@ const TRACKING_RANGE_M: f32 = 0.0065;
 /// the travel of the fastest sphere in a tick.
 const NEAR_M: f32 = 0.003;
 
-/// Share of its difference from the true direction of a tube by which the lagging direction changes
-/// in a tick. A force that turned with the tube at once would be a follower load, under which a
+/// In a tick, the lagging direction of a tube changes by this share of its difference from the true
+/// direction. A force that turned with the tube at once would be a follower load, under which a
 /// thin tube flutters (Beck's column, Bolotin 1963). With a larger share the force follows faster,
 /// and is closer to flutter.
 const DIRECTION_UPDATE_SHARE: f32 = 0.02;
-/// Compression at which a tube is flat, in its radii. Its walls take the rest of its diameter.
+/// Compression at which a tube is flat, in radii of the tube. Its walls take the rest of its
+/// diameter.
 const FLAT_COMPRESSION_RADII: f32 = 1.6;
 /// Depth beyond which a part counts as having passed through a tube, in multiples of the sum of
 /// both radii. [`PASSED_TRAVELS`] adds to this depth.
@@ -69,7 +70,8 @@ struct PersistentContact {
     along: Vec3,
     separation: FilteredSeparation,
     cached: CachedForce,
-    /// 1; while the jaws hold the bead, it fades to 0.
+    /// Share of the contact force that acts: it fades to 0 while the jaws hold the bead, and back
+    /// to 1 afterwards.
     free_share: f32,
     /// Share of the bead's full stiffness that acts now: `free_share` × [`Side::weight`] × the
     /// share of the tissue that is neither damaged nor removed.
@@ -141,7 +143,7 @@ impl TubeContacts {
             let mut near: Vec<&Capsule, MAX_CAPSULES> = Vec::new();
             for part in parts {
                 if part_box(part).is_near(bounds, TRACKING_RANGE_M) {
-                    let _ = near.push(part); // at most all parts
+                    let _ = near.push(part); // room for all parts
                 }
             }
             if near.is_empty() {
@@ -205,7 +207,7 @@ impl TubeContacts {
             }
         }
         self.parts.clear();
-        let _ = self.parts.extend_from_slice(parts); // as many as there can be
+        let _ = self.parts.extend_from_slice(parts); // room for all parts
     }
 
     /// Tracks a part past a bead; returns the contact and the travel of the part's point, m.
@@ -421,14 +423,14 @@ fn candidate(
 /// mass, and with twice the stiffness of a ball embedded in its tissue, because it may lie on other
 /// tissue.
 fn backing_compliance_m_n(patch: &Patch, material: &Material, bodies: &Bodies) -> f32 {
-    let yields = |(sphere, weight): (u32, f32)| {
+    let compliance_m_n = |(sphere, weight): (u32, f32)| {
         let inverse_mass_per_kg = bodies.nodes.at(sphere).inverse_mass_per_kg();
         let embedding_n_m = 2.0 * embedded_n_m(material, *bodies.radius_m.at(sphere));
-        // Equal to `1 / (held + m / T²)`, and defined for a fixed sphere as well.
+        // Equal to `1 / (embedding_n_m + m / T²)`, and defined for a fixed sphere as well.
         let free_m_n = inverse_mass_per_kg * TICK_S * TICK_S;
         weight * weight * free_m_n / (1.0 + embedding_n_m * free_m_n)
     };
-    patch.spheres().map(yields).sum()
+    patch.spheres().map(compliance_m_n).sum()
 }
 
 /// Stiffness of a rigid ball in infinite elastic tissue, N/m: `24 π G (1 − ν) r / (5 − 6 ν)` (Lur'e

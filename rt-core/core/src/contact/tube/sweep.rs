@@ -287,8 +287,8 @@ mod tests {
     proptest! {
         /// A tool that passes a bead without touching it makes no contact, however fast.
         #[test]
-        fn passing_tool_makes_no_contact(from in vector(0.006), way in vector(0.003), half in vector(0.02)) {
-            let (from, to) = (rod(from, half), rod(from + way, half));
+        fn passing_tool_makes_no_contact(from in vector(0.006), travel_m in vector(0.003), half in vector(0.02)) {
+            let (from, to) = (rod(from, half), rod(from + travel_m, half));
             let nearest_m = |axis: &Axis| math::norm(&axis.point_at(axis.nearest_share(&Vec3::zeros())));
             for step in 0u8..=20 {
                 let between = from.moved_to(&to, f32::from(step) / 20.0);
@@ -303,7 +303,7 @@ mod tests {
         /// [`Side::follow`] would settle. Otherwise the bead's separation would jump when its
         /// weight rises above zero, because from then on the bead is followed.
         #[test]
-        fn bead_with_its_leaders_side_lies_where_a_followed_bead_does(overlap_m in 1.0e-4f32..0.004, middle in vector(0.01), half in vector(0.02)) {
+        fn bead_with_its_leaders_side_has_the_place_of_a_followed_bead(overlap_m in 1.0e-4f32..0.004, middle in vector(0.01), half in vector(0.02)) {
             let leader = Side { normal: Vec3::z(), share: 0.5 };
             let still = rod(Vec3::new(middle.x, middle.y, REACH_M - overlap_m), half);
             let motion = Motion { slip_m: 0.0, ..motion(still, still) };
@@ -322,7 +322,7 @@ mod tests {
         /// step.
         #[test]
         fn separation_is_continuous(
-            start in vector(1.0), ways in prop::collection::vec(vector(3.0e-5), 1..200), half in vector(0.02),
+            start in vector(1.0), steps_m in prop::collection::vec(vector(3.0e-5), 1..200), half in vector(0.02),
         ) {
             let start = cross_section(&start, &Vec3::y());
             let from = math::unit(&start).unwrap_or_else(Vec3::z) * (1.02 * REACH_M);
@@ -331,16 +331,16 @@ mod tests {
             let inward = -from * 0.01;
             let mut side = Side::first(&axis, &Vec3::zeros(), &Vec3::y());
             let mut separation_m = side.separation_m(&axis, &Vec3::zeros(), REACH_M);
-            for way in ways {
-                let way = way + inward;
-                let to = rod((axis.a_m + axis.b_m) * 0.5 + way, half);
+            for step_m in steps_m {
+                let step_m = step_m + inward;
+                let to = rod((axis.a_m + axis.b_m) * 0.5 + step_m, half);
                 side = side.follow(&motion(axis, to)).unwrap();
                 axis = to;
                 let next_m = side.separation_m(&axis, &Vec3::zeros(), REACH_M);
                 if next_m < -REACH_M {
                     break; // past the bead's centre, where the side may turn round
                 }
-                let most_m = 8.0 * math::norm(&way) + 6.0e-5;
+                let most_m = 8.0 * math::norm(&step_m) + 6.0e-5;
                 prop_assert!((next_m - separation_m).abs() < most_m, "{separation_m} {next_m}");
                 separation_m = next_m;
             }

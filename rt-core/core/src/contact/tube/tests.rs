@@ -190,7 +190,7 @@ struct Crossing {
 }
 
 /// Returns whether the hook was felt, and whether at the end it pushes the duct ahead. `None` if
-/// the hook would end off the duct.
+/// the hook would end less than 10 mm from an end of the duct.
 fn crossed(it: &Crossing) -> Option<[bool; 2]> {
     let direction = Vec3::new(0.0, it.turn.cos(), it.turn.sin());
     let across = Vec3::new(it.tilt, -it.turn.sin(), it.turn.cos()).normalize();
@@ -199,7 +199,7 @@ fn crossed(it: &Crossing) -> Option<[bool; 2]> {
     let from_m = Vec3::x() * it.place_m - direction * 0.010 - step_m * it.start;
     let at_m = |t: u16| from_m + step_m * f32::from(t.min(ticks));
     if at_m(ticks).x.abs() >= 0.010 {
-        return None; // between the held ends
+        return None; // too near a held end
     }
     let felt = Duct::new().meet((0..ticks + 60).map(|t| hook(at_m(t), across * 0.005)));
     let is_felt = felt

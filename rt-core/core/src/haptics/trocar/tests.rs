@@ -30,7 +30,8 @@ fn at(x: f32, y: f32, z: f32) -> Pose {
     Pose::translation(x, y, z)
 }
 
-/// Handle above the port with the shaft drawn in by `inside_m` from 0.2 m outside.
+/// Handle above the port. At 0 its distance from the port is 0.2 m; from there the shaft is pushed
+/// in by `inside_m`.
 fn drawn_in(inside_m: f32) -> Pose {
     at(0.0, 0.0, 0.2 - inside_m)
 }
@@ -70,7 +71,7 @@ fn a_shaft_breaks_away_slides_and_jumps_when_it_reverses() {
 }
 
 #[test]
-fn a_slow_shaft_rubs_more_than_a_fast_one_and_a_rest_restores_the_jump() {
+fn slow_shaft_has_more_friction_than_fast_shaft_and_a_rest_restores_breakaway() {
     let last = |speed_m_s: f32| {
         let mut law = TrocarLaw::new(&SEAL, TOUCH_N_M);
         let all = push(&mut law, stroke(0.0, 0.03, speed_m_s));
@@ -152,7 +153,7 @@ fn released_lips_are_straight() {
 }
 
 #[test]
-fn the_wall_turns_a_tilted_trocar_back_by_hand() {
+fn wall_turns_a_tilted_trocar_back_by_the_computed_force() {
     let mut law = TrocarLaw::new(&WALL, TOUCH_N_M);
     // 30 degrees, 0.2 m outside: 0.3 N m/rad times sin 30 degrees over 0.2 m is 0.75 N.
     let tilted = at(0.1, 0.0, 0.2 * 0.866_025_4);
@@ -192,7 +193,7 @@ fn closed_loop(trocar: &Trocar, hand_n_m: f64, start_m_s: f64) -> (f64, f64) {
 }
 
 #[test]
-fn the_loop_with_a_touch_comes_to_rest() {
+fn trocar_and_touch_in_a_closed_loop_come_to_rest() {
     let strong = Trocar {
         sliding_n: 3.0,
         breakaway_n: 3.0,
@@ -208,10 +209,15 @@ fn the_loop_with_a_touch_comes_to_rest() {
                 let (swing_m, work_j) = closed_loop(&trocar, hand_n_m, start_m_s);
                 let case = (trocar, hand_n_m, start_m_s);
                 assert!(swing_m < 0.01e-3, "{case:?} swings by {swing_m} m");
-                // Lips that throw a handle back add what a late force adds, and no more than it
-                // had. At the speed of a hand at work they only take.
-                let thrown_j = 0.5 * 0.045 * start_m_s * start_m_s;
-                let most_j = if start_m_s > 0.1 { 1.2 * thrown_j } else { 0.0 };
+                // Lips that throw a fast handle back add energy, because their force acts late: at
+                // most 1.2 times the handle's kinetic energy. At the speed of a hand at work, the
+                // lips only dissipate.
+                let kinetic_j = 0.5 * 0.045 * start_m_s * start_m_s;
+                let most_j = if start_m_s > 0.1 {
+                    1.2 * kinetic_j
+                } else {
+                    0.0
+                };
                 assert!(work_j < most_j, "{case:?} gives {work_j} J");
             }
         }
@@ -219,9 +225,9 @@ fn the_loop_with_a_touch_comes_to_rest() {
 }
 
 proptest! {
-    /// On any way the hand never gets back more than it put in.
+    /// On any path, the hand gets back at most the energy that it put in.
     #[test]
-    fn the_seal_is_passive(
+    fn seal_is_passive(
         steps_m in prop::collection::vec(-0.001f32..0.001, 1..400),
         sliding_n in 0.0f32..4.0, jump_n in 0.0f32..4.0, device_n_m in 40.0f32..4000.0,
     ) {
@@ -241,10 +247,10 @@ proptest! {
         }
     }
 
-    /// The wall's force is the gradient of a potential, so no closed way gains energy.
+    /// The wall's force is the gradient of a potential, so no closed path gains energy.
     #[test]
-    fn the_wall_is_a_potential(way in vector(0.05), step in vector(1.0)) {
-        let from = Vec3::new(0.0, 0.0, 0.2) + way;
+    fn wall_force_is_the_gradient_of_a_potential(offset_m in vector(0.05), step in vector(1.0)) {
+        let from = Vec3::new(0.0, 0.0, 0.2) + offset_m;
         let step = step * 1.0e-3;
         let felt = |m: &Vec3| {
             let mut law = TrocarLaw::new(&WALL, TOUCH_N_M);

@@ -213,7 +213,7 @@ mod tests {
         tool
     }
 
-    /// Electrode of a tool whose pedal does not lead a needle.
+    /// Electrode of a tool whose pedal does not pass a needle.
     fn electrode_of(tool: &ToolState) -> Option<Electrode> {
         Electrode::of(tool, tool.switches.pedal)
     }
@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn shares_sum_to_the_power_and_cutting_divides_more_than_it_dries() {
+    fn dose_sums_to_the_power_and_cutting_divides_more_than_it_desiccates() {
         let dose = |cut| {
             let electrode = electrode_of(&hook(Instrument::Hook, cut, !cut));
             electrode.and_then(|it| it.dose(2.0e-6)).expect("current")
@@ -256,7 +256,7 @@ mod tests {
     proptest! {
         /// The distance equals the smallest one between many pairs of points on the two segments.
         #[test]
-        fn distances_are_the_smallest(
+        fn distance_is_the_smallest_between_two_points(
             points in prop::array::uniform4(prop::array::uniform3(-1.0f32..1.0)),
         ) {
             let [a, b, c, d] = points.map(Vec3::from);
@@ -272,9 +272,9 @@ mod tests {
             prop_assert!(found_m >= least_m - 0.06, "{} {}", found_m, least_m);
         }
 
-        /// The bounding boxes give the answer that the distance would have given.
+        /// A rejection by bounding boxes does not change the contact that the distance gives.
         #[test]
-        fn boxes_change_nothing(
+        fn bounding_boxes_do_not_change_the_contact(
             points in prop::array::uniform4(prop::array::uniform3(-0.004f32..0.004)),
         ) {
             let [a, b, c, d] = points.map(Vec3::from);

@@ -47,7 +47,7 @@ pub(crate) struct Cautery {
     walls: Walls,
 }
 
-/// Energy of a tick's current by what took it.
+/// Energy of a tick's current, by the tissue that absorbed it.
 #[derive(Debug, Clone)]
 pub(crate) struct Shares {
     pub(crate) dose: Dose,
@@ -94,7 +94,7 @@ impl Shares {
 
 impl Cautery {
     /// Applies a tick of current through `electrode`, which touches tissue at `contacts`, and
-    /// touches `cells`. Returns what the energy went to, unless the tip touches nothing.
+    /// touches `cells`. Returns the shares of the energy; `None` if the tip touches nothing.
     pub(crate) fn burn(
         &mut self,
         electrode: &Electrode,

@@ -1,5 +1,5 @@
-//! Tissue between two jaws: its resistance to the squeeze, its friction on the jaws, and the
-//! stiffness of the tissue behind the bite.
+//! Bite: the tissue between two jaws. Its resistance to the squeeze, its friction on the jaws, and
+//! the stiffness of the tissue behind it.
 
 use crate::math::{self, Vec3};
 use crate::scene::{Inside, Scene};
@@ -8,15 +8,16 @@ use crate::tissue::Bodies;
 /// Largest force of jaws that a button closes, N. To hold bowel against a pull of 5 N, profiled
 /// jaws need 3 N, and smooth jaws 22 N. Forces from 15 N harm bowel (10.1007/s00464-003-9153-2).
 pub(crate) const GRIP_MAX_N: f32 = 4.0;
-/// Friction of a profiled jaw divided by the friction of a smooth jaw. The value is assumed for the
-/// teeth of an atraumatic jaw: it lies between 1 and the ratio of the best profile (22 N / 3 N, the
-/// source above).
+/// Friction of a profiled jaw divided by that of a smooth jaw. The value is assumed for an
+/// atraumatic jaw. It lies between 1 and 22 N / 3 N, the ratio for the best profile in the source
+/// of [`GRIP_MAX_N`].
 const PROFILE_FACTOR: f32 = 4.0;
 /// Width of a jaw, m.
 const JAW_WIDTH_M: f32 = 0.003;
 /// Stiffness of the grip itself, N/m. It is below the largest stiffness of a Touch-class device.
 pub(super) const GRIP_N_M: f32 = 500.0;
-/// Least compressed thickness, as a share of the free thickness.
+/// Smallest thickness of the compressed bite, as a share of its thickness without load. Below it
+/// the force no longer grows.
 const STRETCH_MIN: f32 = 0.05;
 
 /// Pressure of jaws that crushes tissue, Pa. Damage to porcine liver, bowel and ureter grows from
@@ -34,16 +35,16 @@ pub(super) fn crush_pressure_pa(inside: Inside) -> f32 {
 /// Tissue between the jaws.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Bite {
-    /// Free thickness, m.
+    /// Thickness without load, m.
     thickness_m: f32,
-    /// Area on each jaw, m².
+    /// Contact area with each jaw, m².
     area_m2: f32,
     /// Shear modulus, Pa.
     shear_pa: f32,
     /// Coefficient of Coulomb friction on a smooth jaw.
     friction: f32,
-    /// Stiffness of the tissue behind the bite, as a half-space under a disc as wide as the bite,
-    /// N/m.
+    /// Stiffness of the tissue behind the bite, N/m. The tissue is a half-space under a disc as
+    /// wide as the bite.
     backing_n_m: f32,
 }
 
@@ -79,8 +80,8 @@ impl Bite {
         bite
     }
 
-    /// Force on jaws that are `gap_m` apart, N: a neo-Hookean slab between two plates, `A G (1/λ² −
-    /// λ)`.
+    /// Force on jaws that are `gap_m` apart, N. The bite is a neo-Hookean slab between two plates:
+    /// `A G (1/λ² − λ)`.
     pub(super) fn squeeze_n(&self, gap_m: f32) -> f32 {
         let stretch = gap_m / self.thickness_m.max(f32::MIN_POSITIVE);
         if stretch >= 1.0 {
@@ -90,7 +91,7 @@ impl Bite {
         self.area_m2 * self.shear_pa * ((stretch * stretch).recip() - stretch)
     }
 
-    /// Pull that overcomes the friction on both jaws, N, if they press with `grip_n`.
+    /// Pull that overcomes the friction on both jaws, N. Each jaw presses with `grip_n`.
     pub(super) fn slip_n(&self, grip_n: f32) -> f32 {
         2.0 * PROFILE_FACTOR * self.friction * grip_n
     }
@@ -100,15 +101,15 @@ impl Bite {
         grip_n / self.area_m2.max(f32::MIN_POSITIVE)
     }
 
-    /// Stiffness against a slow pull, N/m: the remaining `share` of the grip in series with the
-    /// tissue behind it.
+    /// Stiffness against a slow pull, N/m: `share` of the grip's stiffness, in series with that of
+    /// the tissue behind the bite.
     pub(super) fn pull_stiffness_n_m(&self, share: f32) -> f32 {
         let grip_n_m = GRIP_N_M * share;
         grip_n_m * self.backing_n_m / (grip_n_m + self.backing_n_m).max(f32::MIN_POSITIVE)
     }
 }
 
-/// Interval of a line that balls cover.
+/// Interval that balls cover on a line.
 #[derive(Clone, Copy)]
 struct Extent {
     low_m: f32,
@@ -158,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn bite_holds_as_computed_by_hand() {
+    fn forces_and_stiffness_of_a_bite_are_as_computed_by_hand() {
         // 4 mm thick, 14 mm long, 3 mm wide: 42 mm²; G = 1724 Pa.
         let free = bite(0.01);
         assert!(free.squeeze_n(0.004) <= 0.0 && free.squeeze_n(0.1) <= 0.0);
@@ -172,7 +173,7 @@ mod tests {
         let pull_n_m = free.pull_stiffness_n_m(1.0);
         assert!((pull_n_m - 74.7).abs() < 0.1, "{pull_n_m}");
         assert!(free.pull_stiffness_n_m(0.0) <= 0.0);
-        // Tissue is counted only as far as it fits between the jaws: 3 mm, squeezed to a third.
+        // Jaws that close from 3 mm squeeze only 3 mm of the tissue, here to a third.
         let pinched_n = bite(0.003).squeeze_n(0.001);
         assert!((pinched_n - 0.6276).abs() < 1.0e-3, "{pinched_n}");
     }
@@ -180,7 +181,7 @@ mod tests {
     proptest! {
         /// The force grows as the gap narrows; it is never a pull, and always bounded.
         #[test]
-        fn squeezing_grows(a in 0.0f32..0.01, b in 0.0f32..0.01, open in 0.0f32..0.01) {
+        fn squeezing_force_grows(a in 0.0f32..0.01, b in 0.0f32..0.01, open in 0.0f32..0.01) {
             let bite = bite(open);
             let (narrow, wide) = (bite.squeeze_n(a.min(b)), bite.squeeze_n(a.max(b)));
             prop_assert!(0.0 <= wide && wide <= narrow && narrow < 1.0e3);

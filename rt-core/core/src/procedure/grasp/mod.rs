@@ -41,7 +41,7 @@ struct GraspedSphere {
     in_instrument_m: Vec3,
     /// This place at the end of the last tick, world frame, m.
     last_target_m: Vec3,
-    /// Remaining share of the grip on it.
+    /// Remaining share of the grip on the sphere.
     share: f32,
 }
 
@@ -286,10 +286,10 @@ impl Grasp {
         self.grip_n <= 0.0
     }
 
-    /// Pulls the grasped spheres of `organ` towards their places in the jaws, at the time `share`
-    /// of the tick. If `organ` is `None`, pulls all grasped spheres. The grip is a spring (XPBD,
-    /// Macklin 2016) whose multiplier gives the tissue's pull. A sphere whose pull would exceed its
-    /// share of the friction slides instead.
+    /// Pulls the grasped spheres of `organ` towards their places in the jaws, when `share` of the
+    /// tick has passed. If `organ` is `None`, pulls all grasped spheres. The grip is a spring
+    /// (XPBD, Macklin 2016) whose multiplier gives the tissue's pull. A sphere whose pull would
+    /// exceed its share of the friction slides instead.
     pub(crate) fn carry(
         &mut self,
         organ: Option<u8>,
@@ -304,7 +304,7 @@ impl Grasp {
             self.bite.slip_n(self.grip_n) * self.sphere_share
         };
         let instrument_from_world = world_from_instrument.inverse();
-        let mut pull_n = Vec3::zeros(); // of this substep, as a share of the tick's
+        let mut pull_n = Vec3::zeros(); // of this substep, weighted by its share of the tick
         for grasped in &mut self.grasped {
             let organ_index = *bodies.organ.at(grasped.sphere);
             if organ.is_some_and(|organ| organ != organ_index) {

@@ -2,7 +2,7 @@
 //!
 //! `Ω = ∫ A exp(−E / (R T)) dt` with `A = 3.1e98 1/s` and `E = 628 kJ/mol` (F. C. Henriques, Arch
 //! Pathol 43, 1947). At `Ω = 1` proteins of 63 % of the tissue are denatured. Tissue at 60 °C
-//! reaches that in about a second, at 55 °C in half a minute, at 50 °C in a quarter of an hour.
+//! reaches `Ω = 1` in about a second, at 55 °C in half a minute, at 50 °C in a quarter of an hour.
 
 /// Natural logarithm of `A`, 1/s.
 const LN_RATE: f32 = 226.782;
@@ -34,7 +34,7 @@ fn exp(x: f32) -> f32 {
     let series = [720.0, 120.0, 24.0, 6.0, 2.0, 1.0]
         .iter()
         .fold(0.0, |sum, factorial| sum * rest + 1.0 / factorial);
-    // The loop ends with the coefficient of `rest`; one power and the constant are left.
+    // The fold ends with the coefficient of `rest`. The last line adds the constant of the series.
     let power_of_two = f32::from_bits(((whole + 127).clamp(1, 254) as u32) << 23);
     (series * rest + 1.0) * power_of_two
 }
@@ -45,7 +45,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_exponential_is_accurate_to_a_millionth() {
+    fn exponential_is_accurate_to_one_in_100_000() {
         for step in -790..=790 {
             let x = step as f32 * 0.1;
             let exact = f64::from(x).exp();

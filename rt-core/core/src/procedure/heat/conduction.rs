@@ -1,16 +1,18 @@
 //! Conduction of heat along links and attachments.
 //!
-//! A link conducts as much as its share of the tissue: with the volume `V` of the tissue, the sum
-//! of `section · length²` over all links is `V` for a row of spheres, `2 V` for a sheet and `3 V`
-//! for a solid. So a bar, a sheet or a block of links conducts as one of tissue does.
+//! A link conducts as much as its share of the tissue. With the volume `V` of the tissue, the sum
+//! of `section · length` over all links is `V` for a row of spheres, `2 V` for a sheet and `3 V`
+//! for a solid. So a bar, a sheet or a block of links conducts as a bar, a sheet or a block of
+//! tissue.
 
 use super::{CONDUCTIVITY_W_M_K, Heat, STEP_S, TURNS};
 use crate::scene::{Attachment, Link, Scene};
 use crate::tissue::Bodies;
 use crate::words::SphereBits;
 
-/// Share of the difference between two spheres that may flow in a step, divided by the number of
-/// their links. Below 1, no sphere becomes warmer than its warmest neighbour.
+/// Largest energy that flows between two spheres in a step per kelvin of their difference, as a
+/// share of the smaller heat capacity per link of both. Below 1, no sphere becomes warmer than its
+/// warmest neighbour.
 const FLOW_MAX: f32 = 0.5;
 
 impl Heat {

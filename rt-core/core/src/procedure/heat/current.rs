@@ -1,22 +1,23 @@
-//! Heat of the current, by its way through the tissue.
+//! Heat of the current, by its path through the tissue.
 //!
-//! - Half of the power becomes heat within a radius of the tip's surface (`cautery::electrode`).
-//!   The part that divides tissue boils it away; the rest warms what the tip touches.
+//! - Half of the power becomes heat within one tip radius of the tip's surface
+//!   (`cautery::electrode`). One part of it boils tissue away; the rest warms the tissue that the
+//!   tip touches.
 //! - The other half becomes heat farther out. In solid tissue, the density of a current `I` from a
 //!   tip of radius `a` at a surface falls with the square of the distance `r`, so its heat is
-//!   `P a / 2π r⁴`. This warms what lies beside the tip.
+//!   `P a / 2π r⁴`. This heat warms the tissue that lies beside the tip.
 //! - Where the tip touches a tube or a sheet, the current stays in it until it reaches a larger
 //!   organ, or the body. Its potential is computed by sweeps of Jacobi's method, three in five
 //!   ticks. Each link takes heat by its conductance and the square of its difference of potential.
 //!
-//! Current in a tube that hangs free, and heat beyond the reach, warm nothing: they count as
-//! spread.
+//! Current in a tube that hangs free, and heat farther than `REACH_M` from the tip, warm nothing:
+//! their energy counts as spread.
 
 use heapless::Vec;
 
 use super::Heat;
 use super::conduction::section_of_tie_m;
-use super::way::Way;
+use super::tube_current::TubeCurrent;
 use crate::capacity::MAX_ORGANS;
 use crate::procedure::cautery::{Electrode, Shares, TouchedCell};
 use crate::scene::{Cell, Organ, Scene};
@@ -29,10 +30,11 @@ use crate::words::SphereBits;
 const REACH_M: f32 = 0.012;
 /// Most spheres that a tick warms beside the tip.
 const NEAR_MAX: usize = 1024;
-/// Ticks in which the heat of tubes is computed once.
+/// Length of a round, ticks. Each round computes the heat of tubes once.
 const ROUND: u32 = 5;
-/// Sum of the sections of all ways, weighted by the heat, below which no current flows, m.
-const WAY_MIN_M: f32 = 1.0e-12;
+/// Sum over all paths below which no current flows, m: section over length, weighted by the squared
+/// difference of potential.
+const PATH_SUM_MIN_M: f32 = 1.0e-12;
 
 /// Current of a tick, and what it touches.
 #[derive(Debug)]
@@ -94,7 +96,7 @@ impl Heat {
         let mut around = Bounds::EMPTY;
         around.add(&middle_m, REACH_M);
         let budget_j = shares.near_j() * (1.0 - shares.tube_share());
-        // The power's energy in a tick, times the radius of the tip, over 2π.
+        // Energy of the whole power in a tick, times the radius of the tip, over 2π.
         let tip_j_m = shares.near_j() * electrode.diameter_m() / core::f32::consts::TAU;
         let mut nearest = [None; MAX_ORGANS];
         let mut wanted: Vec<(u32, f32), NEAR_MAX> = Vec::new();
@@ -124,7 +126,7 @@ impl Heat {
                     let off_m = distance_m.max(least_m);
                     let square_m2 = off_m * off_m;
                     let own_j = tip_j_m * self.volume_m3(sphere) / (square_m2 * square_m2);
-                    let _ = wanted.push((sphere, own_j)); // the rest counts as spread
+                    let _ = wanted.push((sphere, own_j)); // without room: counts as spread
                 }
             }
         }
@@ -141,15 +143,15 @@ impl Heat {
         nearest
     }
 
-    /// Warms the tubes and sheets that the tip touches, along the way of the current. A round
+    /// Warms the tubes and sheets that the tip touches, along the path of the current. A round
     /// takes [`ROUND`] ticks: sweeps of the potential, then the sum of all heat, then the heat.
     fn warm_along_tubes(&mut self, shares: &Shares, scene: &Scene<'_>, bodies: &Bodies) {
-        self.way.due_j += shares.near_j() * shares.tube_share();
-        if shares.links.is_empty() && self.way.step == 0 {
+        self.tube_current.due_j += shares.near_j() * shares.tube_share();
+        if shares.links.is_empty() && self.tube_current.step == 0 {
             return;
         }
-        let step = self.way.step;
-        self.way.step = (step + 1) % ROUND;
+        let step = self.tube_current.step;
+        self.tube_current.step = (step + 1) % ROUND;
         if step + 2 < ROUND {
             for (link, _) in &shares.links {
                 if let Some(link) = scene.links.get(*link as usize) {
@@ -160,19 +162,19 @@ impl Heat {
             self.sweep(scene, bodies);
         } else if step + 2 == ROUND {
             let mut sum_m = 0.0;
-            self.for_ways(scene, bodies, |heat, [a, b], section_m| {
+            self.for_paths(scene, bodies, |heat, [a, b], section_m| {
                 let difference = *heat.potential.at(a) - *heat.potential.at(b);
                 sum_m += section_m * difference * difference;
             });
-            self.way.sum_m = sum_m;
+            self.tube_current.sum_m = sum_m;
         } else {
-            let sum_m = core::mem::take(&mut self.way.sum_m);
-            let due_j = core::mem::take(&mut self.way.due_j);
-            if !(sum_m.is_finite() && sum_m > WAY_MIN_M) {
+            let sum_m = core::mem::take(&mut self.tube_current.sum_m);
+            let due_j = core::mem::take(&mut self.tube_current.due_j);
+            if !(sum_m.is_finite() && sum_m > PATH_SUM_MIN_M) {
                 self.balance.spread_j += f64::from(due_j);
                 return;
             }
-            self.for_ways(scene, bodies, |heat, [a, b], section_m| {
+            self.for_paths(scene, bodies, |heat, [a, b], section_m| {
                 let difference = *heat.potential.at(a) - *heat.potential.at(b);
                 let own_j = due_j * (section_m * difference * difference / sum_m);
                 heat.warm_or_spread(Some(a), 0.5 * own_j);
@@ -181,18 +183,18 @@ impl Heat {
         }
     }
 
-    /// Forgets the way of the current, when it ends.
+    /// Forgets the paths of the current, when it ends.
     pub(crate) fn end_current(&mut self) {
-        if self.way != Way::NONE {
-            self.balance.spread_j += f64::from(self.way.due_j);
-            self.way = Way::NONE;
+        if self.tube_current != TubeCurrent::NONE {
+            self.balance.spread_j += f64::from(self.tube_current.due_j);
+            self.tube_current = TubeCurrent::NONE;
             self.potential = PerSphere::new(0.0);
         }
     }
 
     /// One sweep of Jacobi's method over all tubes.
     fn sweep(&mut self, scene: &Scene<'_>, bodies: &Bodies) {
-        self.for_ways(scene, bodies, |heat, [a, b], section_m| {
+        self.for_paths(scene, bodies, |heat, [a, b], section_m| {
             for (to, from) in [(a, b), (b, a)] {
                 let from = *heat.potential.at(from);
                 let sums = heat.sums.at_mut(to);
@@ -212,9 +214,9 @@ impl Heat {
         }
     }
 
-    /// Calls `work` for every way of current: intact links of tubes and sheets, and their intact
+    /// Calls `work` for every path of current: intact links of tubes and sheets, and their intact
     /// attachments. Gives both ends, and the section divided by the length, m.
-    fn for_ways(
+    fn for_paths(
         &mut self,
         scene: &Scene<'_>,
         bodies: &Bodies,
@@ -236,8 +238,8 @@ impl Heat {
                 continue;
             };
             let carries = |sphere: u32| carries(*bodies.organ.at(sphere), scene);
-            let is_way = carries(tie.sphere) || carries(other);
-            if is_way && bodies.damage.intact_of_tie(i) > 0.0 {
+            let is_path = carries(tie.sphere) || carries(other);
+            if is_path && bodies.damage.intact_of_tie(i) > 0.0 {
                 work(
                     self,
                     [tie.sphere, other],
@@ -248,7 +250,7 @@ impl Heat {
     }
 }
 
-/// True for a tube or sheet: its current has no way but along it.
+/// True for a tube or sheet: current can flow only along it.
 fn carries(organ: u8, scene: &Scene<'_>) -> bool {
     let it = scene.organs.get(usize::from(organ));
     it.is_some_and(Organ::is_tube)

@@ -1,9 +1,9 @@
-//! Heat that the hook's current leaves in tissue: it spreads, is carried off by blood, and
-//! destroys.
+//! Heat that the hook's current leaves in tissue. The heat spreads, blood carries it off, and it
+//! destroys tissue.
 //!
 //! Every sphere has a temperature, the mean of the tissue whose mass it carries. A burn smaller
-//! than that tissue is averaged away: a coarse liver hardly warms under the tip, a duct's spheres
-//! do.
+//! than that tissue is averaged over it: the coarse spheres of a liver hardly warm under the tip,
+//! the spheres of a duct do.
 //!
 //! | stage | does |
 //! |---|---|
@@ -30,7 +30,7 @@
 mod arrhenius;
 mod conduction;
 pub(crate) mod current;
-mod way;
+mod tube_current;
 
 use crate::capacity::MAX_ORGANS;
 use crate::procedure::journal::Journal;
@@ -39,7 +39,7 @@ use crate::time::TICK_S;
 use crate::tissue::Bodies;
 use crate::tissue::per_sphere::PerSphere;
 use crate::words::{Event, EventKind};
-use way::Way;
+use tube_current::TubeCurrent;
 
 /// Ticks in which every link, attachment and sphere has its turn once.
 const TURNS: u32 = 50;
@@ -53,16 +53,17 @@ const CAPACITY_J_KG_K: f32 = 3600.0;
 const CONDUCTIVITY_W_M_K: f32 = 0.5;
 /// Rise of temperature at which water boils, K.
 const BOILS_K: f32 = 63.0;
-/// Energy that boils the water of tissue away, J/kg: three quarters of it is water.
+/// Energy that boils the water of tissue away, J/kg: three quarters of tissue is water.
 const DRYING_J_KG: f32 = 0.75 * 2.26e6;
-/// Highest rise of temperature, K: at 300 °C dry tissue burns, and the rest leaves with its smoke.
+/// Highest rise of temperature, K: at 300 °C dry tissue burns, and further heat leaves with the
+/// smoke.
 const HOTTEST_K: f32 = 263.0;
 /// Rise of temperature below which tissue counts as cold, K.
 const COLD_K: f32 = 0.1;
 /// Ticks between two events of destroyed tissue of one organ.
 const REPORT_TICKS: u32 = 500;
 
-/// Energy since the last reset by its place, J.
+/// Energy since the last reset, J, by the place to which it went.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Balance {
     /// Given by the generator while its tip touched tissue.
@@ -81,7 +82,7 @@ pub struct Balance {
 /// `TURNS` ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct HeatCode {
-    /// Temperature above the body's, K; 255 stands for more, too.
+    /// Temperature above the body's, K; 255 also stands for higher values.
     pub rise_k: u8,
     /// Share of proteins that heat has denatured: 255 is all.
     pub denatured: u8,
@@ -117,7 +118,7 @@ pub(crate) struct Heat {
     potential: PerSphere<f32>,
     /// Sums of one sweep of the potential: conductance times potential, and conductance.
     sums: PerSphere<(f32, f32)>,
-    way: Way,
+    tube_current: TubeCurrent,
     codes: PerSphere<HeatCode>,
     destroyed: [Destroyed; MAX_ORGANS],
     balance: Balance,
@@ -139,7 +140,7 @@ impl Heat {
             damage: PerSphere::new(0.0),
             potential: PerSphere::new(0.0),
             sums: PerSphere::new((0.0, 0.0)),
-            way: Way::NONE,
+            tube_current: TubeCurrent::NONE,
             codes: PerSphere::new(HeatCode {
                 rise_k: 0,
                 denatured: 0,
@@ -163,7 +164,7 @@ impl Heat {
         }
     }
 
-    /// Takes a scene, in which all tissue has the temperature of the body.
+    /// Loads a scene. All tissue starts at the temperature of the body.
     pub(crate) fn load(&mut self, scene: &Scene<'_>) {
         *self = Self::new();
         for (sphere, rest) in (0u32..).zip(scene.spheres) {
@@ -177,7 +178,7 @@ impl Heat {
         }
     }
 
-    /// Energy since the last reset by its place.
+    /// Energy since the last reset, by the place to which it went.
     pub(crate) fn balance(&self, scene: &Scene<'_>) -> Balance {
         let count = scene.spheres.len() as u32;
         let stored = self.warmth_j.range(0, count).iter();
@@ -338,9 +339,9 @@ fn per_capacity(capacity_j_k: f32) -> f32 {
     }
 }
 
-/// Blood that flows through tissue, in its own volumes a second. Liver: 1 ml/min for each ml.
-/// Vessels carry heat away with their flow; the rate is assumed. Walls of gut and gallbladder: 0.4,
-/// assumed. Fat and connective tissue: 0.05, assumed.
+/// Flow of blood through tissue, in volumes of the tissue a second. Liver: 1 ml/min for each ml.
+/// Vessels: assumed, because their flow carries heat away. Walls of gut and gallbladder: 0.4 ml/min
+/// for each ml, assumed. Fat and connective tissue: 0.05 ml/min for each ml, assumed.
 fn flow_per_s(inside: Inside) -> f32 {
     match inside {
         Inside::Liver => 0.017,

@@ -11,7 +11,7 @@ use std::vec::Vec;
 /// Distance between neighbours, m.
 const SPACING_M: f32 = 0.002;
 
-/// A sheet of `across` rows with `along` spheres each, 2 mm thick and wide a row.
+/// A sheet of `across` rows with `along` spheres each, each row 2 mm thick and 2 mm wide.
 fn sheet(along: u32, across: u32) -> (Vec<RestSphere>, Vec<Link>) {
     let spheres = (0..across).flat_map(|y| {
         (0..along).map(move |x| RestSphere {
@@ -154,7 +154,9 @@ fn destroyed_tissue_is_reported_with_its_volume() {
             "{reported:?}"
         );
         let volume_m3 = SPACING_M * SPACING_M * SPACING_M;
-        let first = reported.first().expect("77 °C for two seconds destroys");
+        let first = reported
+            .first()
+            .expect("two seconds at 77 °C destroy tissue");
         assert!(
             (first.value / volume_m3 - 1.0).abs() < 0.01,
             "{}",

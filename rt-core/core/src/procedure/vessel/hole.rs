@@ -45,7 +45,7 @@ impl Opening {
         match self {
             Self::Link { link, .. } => clips.open_share(*link),
             Self::TornOff { .. } => 1.0,
-            // A link that was severed since then leaks at its two ends.
+            // A link that was severed after it became a slit leaks at its two ends.
             Self::Slit { link, .. } if bodies.damage.intact_of_link(*link) <= 0.0 => 0.0,
             Self::Slit { link, .. } => SLIT_SHARE.min(clips.open_share(*link)),
             Self::Wall { sphere, area_m2 } => {

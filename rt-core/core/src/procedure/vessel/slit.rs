@@ -92,14 +92,14 @@ mod tests {
     }
 
     /// Events (kind and value) of the artery, which is divided at link 5 after half of the ticks if
-    /// `parts`.
-    fn reported(intact: f32, ticks: u32, parts: bool) -> Vec<(EventKind, f32)> {
+    /// `is_divided`.
+    fn reported(intact: f32, ticks: u32, is_divided: bool) -> Vec<(EventKind, f32)> {
         let mut events = Vec::new();
         on_artery(intact, |scene, state| {
             let (clips, mut journal) = (Clips::default(), Journal::default());
             for tick in 0..ticks {
                 journal.begin();
-                if parts && tick == ticks / 2 {
+                if is_divided && tick == ticks / 2 {
                     state.bodies.damage.sever_link(5);
                     state.vessels.mark_changed();
                 }
@@ -137,13 +137,17 @@ mod tests {
             [],
             "a little more than half is left"
         );
-        assert_eq!(reported(0.3, SLIT_DELAY_TICKS, false), [], "it may go on");
+        assert_eq!(
+            reported(0.3, SLIT_DELAY_TICKS, false),
+            [],
+            "the division may still continue"
+        );
         let both = [(EventKind::Perforation, 0.0), (EventKind::Leak, 0.5)];
         assert_eq!(reported(0.3, 300, false), both);
     }
 
     #[test]
-    fn a_division_that_goes_on_is_no_slit_and_one_later_leaks_at_its_end() {
+    fn quick_division_is_no_slit_and_late_division_leaks_at_its_end() {
         let kinds = |ticks| {
             let events = reported(0.3, ticks, true);
             events.iter().map(|it| it.0).collect::<Vec<_>>()

@@ -23,20 +23,20 @@ pub(super) struct Turn {
     pub(super) screen: Screen,
 }
 
-/// Answer of the person.
+/// Answer of the person at the window.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Said {
     /// The step is done.
     Done,
-    /// The handle pushed like this.
+    /// Direction in which the handle pushed.
     Pushed(Answer),
-    /// The handle pushed the fingers like this.
+    /// Direction in which the handle pushed the fingers.
     Squeezed(Squeezed),
-    /// True if the handle still pushes.
+    /// True if the handle still pushes after Calot has fallen silent.
     Left(bool),
     /// True if there is a kitchen scale.
     HasScale(bool),
-    /// The scale showed this, N; `None` if it was not read.
+    /// Force that the scale showed, N; `None` if it was not read.
     Pressed(Option<f32>),
 }
 
@@ -136,7 +136,7 @@ impl Windowed {
         // The handle is shut first, then opened, then it pushes the fingers.
         const SHUT: usize = 1;
         const OPEN: usize = 2;
-        // After the pushes to and fro come a hard one, and one that must end by itself.
+        // After the pushes to and fro come a hard push, and a push that must end by itself.
         const RESPONSES: usize = 3;
         let (part, step) = match step {
             Step::Move { .. } => {

@@ -1,4 +1,4 @@
-//! Messages of a moment: poses, force, jaws, instrument and events.
+//! Messages about the tools and about events: poses, force, jaws, instrument, events.
 
 use hardware::igtlink::message::{Message, Unit};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
@@ -8,13 +8,13 @@ use super::frame::Frame;
 
 /// Name of the device in messages about the whole station.
 pub(super) const STATION: &str = "Calot";
-/// Length on the wire for one newton of force, m: one millimetre.
+/// Length of the transform that stands for a force of 1 N, m.
 const FORCE_M_N: f32 = 1.0e-3;
 const TOOL: &str = "ToolToReference";
 const HANDLE: &str = "HandleToReference";
 const ENDOSCOPE: &str = "EndoscopeToReference";
 
-/// Messages of a frame of the tools, stamped alike.
+/// Messages of a frame of the tools. All have the same time stamp.
 pub(super) fn moment(tools: &ToolFrame, frame: Frame, unix_ns: u64) -> Vec<Message> {
     let poses = [
         (TOOL, pose(&tools.world_from_instrument)),
@@ -51,8 +51,8 @@ pub(super) fn instrument(tools: &ToolFrame, unix_ns: u64) -> Message {
     Message::string("Instrument", name, unix_ns)
 }
 
-/// An event as text: its kind, the name of the fault or current, and the organ by its name `organ`
-/// or, without that, by its number.
+/// An event as text: its kind, the name of the fault or current, and the organ. The organ has the
+/// name `organ`, or its number if the name is not known.
 pub(super) fn event(message: &EventMsg, organ: Option<&str>, unix_ns: u64) -> Message {
     let mut text = match message.decode() {
         Ok(Event::Fault(fault)) => format!("alarm {}", fault.name()),
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn instruments_and_events_are_told_by_name() {
+    fn instruments_and_events_are_sent_by_name() {
         let text = |message: Message| String::from_utf8(message.content[4..].to_vec()).unwrap();
         assert_eq!(text(instrument(&tools(), 0)), "grasper");
         let mut fault = EventMsg::zeroed();
