@@ -33,6 +33,12 @@ const BESIDE_M: f64 = 0.012;
 const OTHER_M: f64 = 0.02;
 /// Cost of a cell at which the hook has no room, expressed as a detour, m.
 const CRAMPED_M: f64 = 0.1;
+/// Distance from a duct or vessel that must stay whole within which a burning cell warms it, m.
+/// The heat falls with the fourth power of the distance. Such cells come last, because the others
+/// may be enough for the view.
+const WARMS_M: f64 = 0.008;
+/// Cost of a cell at such a duct or vessel, expressed as a detour, m.
+const WARM_M: f64 = 0.15;
 /// Room for the hook at a cell from which on no cost is added, m.
 const ROOMY_M: f64 = 0.0015;
 /// Cost of a cell at which the hook has less room than `ROOMY_M`, expressed as a detour, m.
@@ -84,6 +90,16 @@ struct Choice {
     cost_m: f64,
     cell: usize,
     bend: Vec3,
+}
+
+/// Cost of the heat that a cell passes on to the nearest duct or vessel that must stay whole,
+/// expressed as a detour, m.
+fn warms_m(now: &Now, at: Vec3, radius_m: f64) -> f64 {
+    let kept = now.delicate.iter();
+    let kept = kept.filter(|bar| bar.is_touchy && bar.tube.is_some());
+    let room_m = kept.map(|bar| between([at; 2], bar.ends).norm() - bar.radius_m - radius_m);
+    let room_m = room_m.fold(f64::MAX, f64::min);
+    WARM_M * (1.0 - room_m / WARMS_M).clamp(0.0, 1.0)
 }
 
 impl Work<'_> {
@@ -192,6 +208,7 @@ impl Work<'_> {
                     + other_m
                     + 0.02 * f64::from(self.field.tries(index))
                     + in_way_m
+                    + warms_m(&now, at, cell.radius_m)
                     + held_m,
                 cell: index,
                 bend,

@@ -304,14 +304,14 @@ impl Ports for Hand {
 /// The rows as `heat.csv`.
 pub(crate) fn csv(rows: &[Row]) -> String {
     let mut text = "structure,current,held_s,above_43_mm,above_60_mm,destroyed_mm,given_j,\
-                    stored_j,boiled_j,perfused_j,spread_j\n"
+                    stored_j,boiled_j,perfused_j,cooled_j,spread_j\n"
         .to_owned();
     for row in rows {
         let [warm, blanched, destroyed] = row.lengths_mm;
         let it = &row.balance;
         let _ = writeln!(
             text,
-            "{},{},{},{warm:.0},{blanched:.0},{destroyed:.0},{:.2},{:.2},{:.2},{:.2},{:.2}",
+            "{},{},{},{warm:.0},{blanched:.0},{destroyed:.0},{:.2},{:.2},{:.2},{:.2},{:.2},{:.2}",
             row.structure.name(),
             row.current,
             row.held_s,
@@ -319,6 +319,7 @@ pub(crate) fn csv(rows: &[Row]) -> String {
             it.stored_j,
             it.boiled_j,
             it.perfused_j,
+            it.cooled_j,
             it.spread_j,
         );
     }
@@ -397,7 +398,8 @@ mod tests {
         assert!(long.lengths_mm[2] <= long.lengths_mm[0]);
         for row in &rows {
             let it = &row.balance;
-            let sum_j = it.stored_j + it.boiled_j + it.perfused_j + it.spread_j;
+            let carried_j = it.perfused_j + it.cooled_j + it.spread_j;
+            let sum_j = it.stored_j + it.boiled_j + carried_j;
             assert!((sum_j / it.given_j - 1.0).abs() < 1e-3, "{it:?}");
         }
         let text = csv(&rows);

@@ -5,10 +5,15 @@
 //! for a solid. So a bar, a sheet or a block of links conducts as a bar, a sheet or a block of
 //! tissue.
 
-use super::{CONDUCTIVITY_W_M_K, Heat, STEP_S, TURNS};
-use crate::scene::{Attachment, Link, Scene};
+use super::{Heat, STEP_S, TURNS};
+use crate::scene::{Attachment, Inside, Link, Scene};
 use crate::tissue::Bodies;
 use crate::words::SphereBits;
+
+/// Thermal conductivity of fat and loose tissue, which is mostly fat, W/(m K).
+const FAT_W_M_K: f32 = 0.2;
+/// Thermal conductivity of wet soft tissue, W/(m K).
+const WET_W_M_K: f32 = 0.5;
 
 /// Largest energy that flows between two spheres in a step per kelvin of their difference, as a
 /// share of the smaller heat capacity per link of both. Below 1, no sphere becomes warmer than its
@@ -23,7 +28,7 @@ impl Heat {
         for (i, link) in links.step_by(TURNS as usize) {
             if bodies.damage.intact_of_link(i as u32) > 0.0 {
                 let section_m = self.section_of_link_m(link, scene, bodies);
-                self.flow(link.a, link.b, section_m, bodies);
+                self.flow(link.a, link.b, section_m, scene, bodies);
             }
         }
         let ties = scene.attachments.iter().enumerate().skip(turn);
@@ -34,6 +39,7 @@ impl Heat {
                     tie.sphere,
                     other,
                     section_of_tie_m(tie, other, scene),
+                    scene,
                     bodies,
                 );
             }
@@ -41,7 +47,7 @@ impl Heat {
     }
 
     /// Lets heat flow from the warmer to the colder of two spheres.
-    fn flow(&mut self, a: u32, b: u32, section_m: f32, bodies: &Bodies) {
+    fn flow(&mut self, a: u32, b: u32, section_m: f32, scene: &Scene<'_>, bodies: &Bodies) {
         let (rise_a, rise_b) = (self.rise_k(a), self.rise_k(b));
         let (from, to, difference_k) = match rise_a > rise_b {
             true => (a, b, rise_a - rise_b),
@@ -55,7 +61,11 @@ impl Heat {
             *self.capacity_j_k.at(sphere) / f32::from((*self.link_count.at(sphere)).max(1))
         };
         let most_j_k = FLOW_MAX * most(a).min(most(b));
-        let energy_j = (CONDUCTIVITY_W_M_K * section_m * STEP_S).min(most_j_k) * difference_k;
+        let [own_w_m_k, other_w_m_k] =
+            [a, b].map(|sphere| conductivity_w_m_k(sphere, scene, bodies));
+        // Heat flows through half of the way in each.
+        let in_series_w_m_k = 2.0 * own_w_m_k * other_w_m_k / (own_w_m_k + other_w_m_k);
+        let energy_j = (in_series_w_m_k * section_m * STEP_S).min(most_j_k) * difference_k;
         *self.warmth_j.at_mut(from) -= energy_j;
         self.warm(to, energy_j);
     }
@@ -76,6 +86,14 @@ impl Heat {
             .sum();
         let length_m = link.rest_length_m.max(1.0e-4);
         dimensions * volume_m3 / (length_m * length_m)
+    }
+}
+
+pub(super) fn conductivity_w_m_k(sphere: u32, scene: &Scene<'_>, bodies: &Bodies) -> f32 {
+    let organ = scene.organs.get(usize::from(*bodies.organ.at(sphere)));
+    match organ.map(|it| it.inside) {
+        Some(Inside::Solid) => FAT_W_M_K,
+        _ => WET_W_M_K,
     }
 }
 

@@ -9,13 +9,13 @@
 //! |---|---|
 //! | `current` | turns a tick's current into heat: under the tip, around it, and along tubes |
 //! | `conduction` | lets heat flow along links and attachments |
-//! | `advance` | lets blood carry heat off, boils water, sums damage (`arrhenius`) |
+//! | `advance` | lets blood and gas carry heat off, boils water, sums damage (`arrhenius`) |
 //!
 //! # Balance
 //!
 //! The generator gives 30 W. All of it is accounted for ([`Balance`]): it is in tissue, or has
-//! boiled water and tissue away, or blood has carried it off, or it went through the body with the
-//! current.
+//! boiled water and tissue away, or blood or gas has carried it off, or it went through the body
+//! with the current.
 //!
 //! # Cost
 //!
@@ -34,7 +34,7 @@ mod tube_current;
 
 use crate::capacity::MAX_ORGANS;
 use crate::procedure::journal::Journal;
-use crate::scene::{Inside, Scene};
+use crate::scene::{Inside, Organ, Scene};
 use crate::time::TICK_S;
 use crate::tissue::Bodies;
 use crate::tissue::per_sphere::PerSphere;
@@ -49,8 +49,13 @@ const STEP_S: f32 = TURNS as f32 * TICK_S;
 /// Density of tissue, kg/m³, and its heat capacity, J/(kg K).
 const DENSITY_KG_M3: f32 = 1060.0;
 const CAPACITY_J_KG_K: f32 = 3600.0;
-/// Thermal conductivity of soft tissue, W/(m K). Fat has 0.2, which is not modelled.
-const CONDUCTIVITY_W_M_K: f32 = 0.5;
+/// Heat that a wet surface loses to the gas, W/(m² K): free convection 5, radiation 6, evaporation
+/// 39. By Lewis, evaporation takes 16.5 K/kPa of the convection for each kPa of the difference in
+/// vapour pressure: 0.47 kPa for each kelvin between 37 °C in moist gas and 52 °C on the tissue.
+const SURFACE_LOSS_W_M2_K: f32 = 50.0;
+/// Share of the surface of a tube or sheet that gas touches: half. The other half lies on other
+/// tissue (assumed).
+const OPEN_SHARE: f32 = 0.5;
 /// Rise of temperature at which water boils, K.
 const BOILS_K: f32 = 63.0;
 /// Energy that boils the water of tissue away, J/kg: three quarters of tissue is water.
@@ -74,6 +79,8 @@ pub struct Balance {
     pub boiled_j: f64,
     /// Carried off by blood.
     pub perfused_j: f64,
+    /// Lost to the gas at the surface of tubes and sheets.
+    pub cooled_j: f64,
     /// Went with the current through the body, too thinly spread to warm it.
     pub spread_j: f64,
 }
@@ -156,6 +163,7 @@ impl Heat {
                 stored_j: 0.0,
                 boiled_j: 0.0,
                 perfused_j: 0.0,
+                cooled_j: 0.0,
                 spread_j: 0.0,
             },
             turn: 0,
@@ -244,11 +252,11 @@ impl Heat {
         self.balance.boiled_j += f64::from(evaporates_j + burns_j);
     }
 
-    /// Advances by a tick: heat flows, blood carries it off, and damage grows.
+    /// Advances by a tick: heat flows, blood and gas carry it off, and damage grows.
     pub(crate) fn advance(&mut self, scene: &Scene<'_>, bodies: &Bodies, journal: &mut Journal) {
         if self.is_warm {
             self.conduct(scene, bodies);
-            self.perfuse(scene, bodies);
+            self.cool_and_destroy(scene, bodies);
             self.turn += 1;
             if self.turn >= TURNS {
                 self.is_warm = self.warmest_k > COLD_K;
@@ -258,8 +266,8 @@ impl Heat {
         self.report(scene, bodies, journal);
     }
 
-    /// Lets blood carry heat off, and sums damage, at the spheres of this turn.
-    fn perfuse(&mut self, scene: &Scene<'_>, bodies: &Bodies) {
+    /// Lets blood and gas carry heat off, and sums damage, at the spheres of this turn.
+    fn cool_and_destroy(&mut self, scene: &Scene<'_>, bodies: &Bodies) {
         let count = scene.spheres.len() as u32;
         for sphere in (self.turn..count).step_by(TURNS as usize) {
             let rise_k = self.rise_k(sphere);
@@ -278,15 +286,20 @@ impl Heat {
                 destroyed.volume_m3 +=
                     *self.capacity_j_k.at(sphere) / (CAPACITY_J_KG_K * DENSITY_KG_M3);
             }
+            let it = scene.organs.get(organ);
             // No blood flows through destroyed tissue.
             if after < 1.0 {
-                let per_s = scene
-                    .organs
-                    .get(organ)
-                    .map_or(0.0, |it| flow_per_s(it.inside));
+                let per_s = it.map_or(0.0, flow_per_s);
                 let carried_j = *self.warmth_j.at(sphere) * (per_s * STEP_S);
                 *self.warmth_j.at_mut(sphere) -= carried_j;
                 self.balance.perfused_j += f64::from(carried_j);
+            }
+            if it.is_some_and(Organ::is_tube) {
+                let rest = scene.spheres.get(sphere as usize);
+                let per_s = rest.map_or(0.0, |it| loss_per_s(it.radius_m));
+                let cooled_j = *self.warmth_j.at(sphere) * (per_s * STEP_S).min(1.0);
+                *self.warmth_j.at_mut(sphere) -= cooled_j;
+                self.balance.cooled_j += f64::from(cooled_j);
             }
             *self.codes.at_mut(sphere) = self.code(sphere, rise_k);
         }
@@ -339,13 +352,25 @@ fn per_capacity(capacity_j_k: f32) -> f32 {
     }
 }
 
+/// Share of its heat that a tube with this radius loses at its surface in a second. The surface has
+/// an area of 2 / radius for each volume.
+fn loss_per_s(radius_m: f32) -> f32 {
+    let loss_w_m3_k = SURFACE_LOSS_W_M2_K * OPEN_SHARE * 2.0 / radius_m.max(1.0e-4);
+    loss_w_m3_k / (DENSITY_KG_M3 * CAPACITY_J_KG_K)
+}
+
 /// Flow of blood through tissue, in volumes of the tissue a second. Liver: 1 ml/min for each ml.
 /// Vessels: assumed, because their flow carries heat away. Walls of gut and gallbladder: 0.4 ml/min
 /// for each ml, assumed. Fat and connective tissue: 0.05 ml/min for each ml, assumed.
-fn flow_per_s(inside: Inside) -> f32 {
-    match inside {
+///
+/// Ducts lie on the portal vein and the hepatic artery, whose blood cools them: a third of the
+/// surface conducts through 2 mm of tissue, 0.5 W/(m K) / 2 mm. With a radius of 3 mm this carries
+/// off as much as 0.015 volumes a second, on top of the wall's own blood.
+fn flow_per_s(organ: &Organ) -> f32 {
+    match organ.inside {
         Inside::Liver => 0.017,
         Inside::Blood => 0.1,
+        Inside::Bile if organ.is_tube() => 0.022,
         Inside::Bile | Inside::Food => 0.007,
         Inside::Solid => 0.000_8,
     }
