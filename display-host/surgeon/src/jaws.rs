@@ -304,6 +304,7 @@ mod tests {
             radius_m: 0.001,
             is_touchy: false,
             tube: None,
+            rise_k: 0.0,
         }
     }
 

@@ -21,6 +21,8 @@ pub(crate) struct Bar {
     pub(crate) is_touchy: bool,
     /// For a duct or vessel: the sphere at its first end.
     pub(crate) tube: Option<usize>,
+    /// Temperature above the body's, K; 0 for what is neither duct nor vessel.
+    pub(crate) rise_k: f64,
 }
 
 /// A surgeon's knowledge of a scene.
@@ -195,6 +197,7 @@ impl Sight {
             radius_m: piece.map(radius_m).into_iter().fold(0.0, f64::max),
             is_touchy: false,
             tube: None,
+            rise_k: 0.0,
         };
         pieces.map(bar).collect()
     }
@@ -229,6 +232,10 @@ impl Sight {
                     radius_m: radii.fold(0.0, |most, it| f64::max(most, it.radius_m.into())),
                     is_touchy: !is_own,
                     tube: is_tube.then_some(sphere),
+                    rise_k: match is_tube {
+                        true => rise_k(sphere, state),
+                        false => 0.0,
+                    },
                 });
             }
         }
@@ -249,6 +256,7 @@ impl Sight {
             // Instruments pass through a band.
             is_touchy: false,
             tube: None,
+            rise_k: 0.0,
         }
     }
 
@@ -278,9 +286,16 @@ impl Sight {
             radius_m: (self.scene.spheres().get(sphere)).map_or(0.0, |it| f64::from(it.radius_m)),
             is_touchy: false,
             tube: None,
+            rise_k: 0.0,
         };
         spheres.map(bar).collect()
     }
+}
+
+/// Temperature of a sphere's tissue above the body's, K.
+fn rise_k(sphere: usize, state: &StateFrame) -> f64 {
+    let now = state.spheres.get(sphere);
+    now.map_or(0.0, |it| f64::from(it.rise_k()))
 }
 
 /// Distance between a point and a segment, m.
