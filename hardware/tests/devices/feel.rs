@@ -247,7 +247,7 @@ fn positions_in_millimetres_fails() {
 
 #[test]
 fn positions_ten_times_too_small_fails() {
-    fails(Mistake::PositionsTenfold, "move up", "0.09 of the way");
+    fails(Mistake::PositionsTenfold, "move up", "0.09 of the distance");
 }
 
 #[test]
@@ -323,7 +323,7 @@ fn a_watchdog_that_does_not_end_the_motors_force_fails() {
     fails(
         Mistake::WatchdogInStatusOnly,
         "silence",
-        "it still pushes. The motors keep the force",
+        "the handle still pushes. The motors keep the force",
     );
 }
 
@@ -350,7 +350,7 @@ fn a_device_that_stands_in_one_place_fails() {
 
 #[test]
 fn a_clock_that_has_stopped_fails() {
-    fails(Mistake::ClockZero, "end", "at fault (frozen_device)");
+    fails(Mistake::ClockZero, "end", "found a fault (frozen_device)");
 }
 
 #[test]
