@@ -111,7 +111,7 @@ pub struct Assessed {
     pub acts: Vec<Act>,
     /// Injuries, the oldest first.
     pub injuries: Vec<Injury>,
-    /// The critical view of safety; `None` in the tasks `scope` and `basics`, and for a scene
+    /// The critical view of safety; `None` in the tasks `scope`, `basics` and `phantom`, and for a scene
     /// without Calot's triangle.
     pub cvs: Option<Cvs>,
     /// All metrics; `null` where a metric has no value.
@@ -160,7 +160,7 @@ pub struct Assessment {
 }
 
 impl Assessment {
-    /// Assesses a task that begins with the first movement.
+    /// Begins an assessment. The task begins with the first movement of the hands.
     #[must_use]
     pub fn new(task: Task, difficulty: Difficulty, rules: Rules, anatomy: Anatomy) -> Self {
         Self {
@@ -187,7 +187,7 @@ impl Assessment {
         }
     }
 
-    /// Takes the next entry. Entries after the end of the task change nothing.
+    /// Takes the next entry. After the end of the task only an instructor's acts are kept.
     pub fn take(&mut self, entry: &Entry) {
         let first_ns = *self.first_ns.get_or_insert(entry.at_ns);
         // Acts are kept even after the outcome is decided: a remark may follow it.
@@ -284,7 +284,7 @@ impl Assessment {
     }
 
     fn event(&mut self, session_s: f64, event: &EventMsg) {
-        // A number below the expected one comes from another controller. It counts as no loss.
+        // A restarted controller numbers its events from 0 again. Then no event is lost.
         let expected = self.next_event.unwrap_or(event.sequence);
         let lost = event.sequence.saturating_sub(expected);
         self.lost_events = self.lost_events.saturating_add(lost);

@@ -14,10 +14,10 @@ use crate::vector::{distance, wide};
 const GOAL: &str = "right ball";
 /// Number of clips on the tube.
 const CLIPS: usize = 2;
-/// The rope's end is there when the jaws are this near to the middle of the ball, m. The ball has
-/// half of it as its radius.
+/// Largest distance of the jaws from the middle of the ball at which the rope's end counts as
+/// carried, m: twice the ball's radius.
 const CARRIED_M: f64 = 0.014;
-/// Share of the fat that is taken away.
+/// Share of the fat that the trainee must remove in the last drill.
 const CLEARED: f64 = 0.05;
 
 /// Progress of the drills.
@@ -29,7 +29,7 @@ pub(crate) struct Phantom {
     holds: bool,
     /// Clips on the tube.
     clips: usize,
-    /// Removed share of the fat when its step began.
+    /// Removed share of the fat when the present step began.
     began: f64,
     /// Removed share of the fat.
     removed: f64,

@@ -1,5 +1,5 @@
-//! Keeps the worst times of each time step of a run. Memory is constant, because the steps get
-//! longer in a longer run.
+//! Keeps the worst times of each time step of a run. Memory is bounded, because a longer
+//! run has longer steps.
 
 use serde::{Deserialize, Serialize};
 use shared_mem::message::STAGES;

@@ -1,5 +1,5 @@
-//! Export as CSV (RFC 4180). The columns of a table are always the same, in the same order. Every
-//! line ends with a line feed alone, because strict readers refuse mixed line ends.
+//! Export as CSV. The columns of a table are always the same, in the same order. Quotes follow RFC
+//! 4180. Lines end with a line feed alone, so that no file mixes two kinds of line ends.
 
 use std::collections::BTreeMap;
 

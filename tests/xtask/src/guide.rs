@@ -7,9 +7,9 @@ use std::process::Command;
 
 use crate::steps::step;
 
-/// Turns of each option.
+/// Rounds. In each round every kind of run is measured once.
 const TURNS: usize = 5;
-/// Runs that take turns: name, scene, and words of `calot jitter`.
+/// Kinds of run in each round: name, scene, and further options of `calot jitter`.
 const KINDS: [(&str, &str, &[&str]); 4] = [
     ("without", TRIANGLE, &[]),
     ("why", TRIANGLE, &["--why"]),
@@ -17,7 +17,7 @@ const KINDS: [(&str, &str, &[&str]); 4] = [
     ("small", "built-in", &["--follow-device"]),
 ];
 const TRIANGLE: &str = "triangle";
-/// Figures of the table: name, row and column of `jitter.csv`, and unit in ns.
+/// Figures of the table: name, and row and column of `jitter.csv`. The table converts ns to µs.
 const FIGURES: [(&str, &str, &str); 13] = [
     ("wake-up p50, µs", "wake_latency_ns", "p50"),
     ("wake-up p99, µs", "wake_latency_ns", "p99"),
@@ -105,7 +105,7 @@ pub(crate) fn measure(args: &[String]) -> Result<(), String> {
     }
     let mut runs: [Vec<Run>; KINDS.len()] = Default::default();
     for turn in 0..TURNS {
-        // Each turn begins with another one, so that none always follows a rest.
+        // Each round begins with a different kind of run, so that no kind is always the first.
         for i in 0..KINDS.len() {
             let of = (turn + i) % KINDS.len();
             if let (Some((name, scene, words)), Some(runs)) = (KINDS.get(of), runs.get_mut(of)) {
@@ -243,7 +243,7 @@ mod tests {
 
     #[test]
     fn the_table_has_medians_and_the_medians_of_ratios_within_a_turn() {
-        // One turn of five was slow for all three: the ratios do not see it.
+        // One round of five was slow for all kinds. It does not change the median ratios.
         let turns = [1.0, 1.0, 7.0, 1.0, 1.0];
         let runs = [1.0, 2.0, 0.5, 0.1].map(|k| turns.iter().map(|turn| of(k * turn)).collect());
         let table = table(&runs).unwrap();

@@ -155,14 +155,14 @@ pub struct Least {
     pub triangle: f64,
     /// The freed lower third of the bed.
     pub lower_bed: f64,
-    /// Cystic duct and artery, each.
+    /// Visible share of the cystic duct, and of the cystic artery.
     pub two: f64,
 }
 
 /// Limits of a picture that is held: still and level.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Steadiness {
-    /// Largest speed of the picture's middle, mm/s.
+    /// Largest speed of the point 0.1 m before the lens, mm/s.
     pub sway_mm_s: f64,
     /// Largest tilt of the horizon, degrees.
     pub tilt_deg: f64,

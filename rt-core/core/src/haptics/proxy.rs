@@ -46,7 +46,7 @@ impl Proxy {
     }
 
     /// Updates the displacement after a tick in which tissue pushed the handle with `force_n`
-    /// (world frame). The stiffness of this force is at most `stiffness_n_m`. The device can render
+    /// (world frame). Its contact is at most as stiff as `stiffness_n_m`. The device can render
     /// forces up to `limit_n`.
     pub(crate) fn update(&mut self, force_n: &Vec3, stiffness_n_m: f32, limit_n: f32) {
         let excess_n = math::norm(force_n) - limit_n.max(LIMIT_MIN_N);
@@ -80,7 +80,7 @@ mod tests {
         // 0.2 N too much, 200 N/m: a quarter of 1 mm.
         proxy.update(&Vec3::new(0.0, 0.0, 3.2), 200.0, 3.0);
         assert!(math::norm(&(proxy.displacement_m - Vec3::z() * 0.000_25)) < 1.0e-8);
-        // A force of 0.1 N below the limit halves the displacement; no force removes the rest.
+        // A force that is 0.1 N below the limit halves the displacement. Without force it vanishes.
         proxy.update(&Vec3::new(0.0, 0.0, 2.9), 200.0, 3.0);
         assert!(math::norm(&(proxy.displacement_m - Vec3::z() * 0.000_125)) < 1.0e-8);
         proxy.update(&Vec3::zeros(), 0.0, 3.0);

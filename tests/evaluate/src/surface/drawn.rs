@@ -31,7 +31,7 @@ const AREA_MIN_M2: f32 = 2e-8;
 const PASSED_M: f32 = 2e-4;
 /// Distance from a cut or tear within which faults of the tissue do not count, m.
 const CUT_M: f32 = 0.015;
-/// Triangles are searched up to this distance plus half the dent's length from a dent's middle, m.
+/// Search radius around a dent's middle, m. Half of the dent's length is added.
 const NEAR_M: f32 = 0.012;
 
 /// Faults of one organ in one frame.
@@ -223,7 +223,7 @@ impl<'a> Drawn<'a> {
                 faults.off_tool_m = faults.off_tool_m.max(gap_m);
             }
         }
-        // Loose ends of a divided tube do not count.
+        // After a cut, tear or crush of this organ its ends are not judged.
         if cuts.is_empty() {
             let sphere = |i: u32| spheres.get(i as usize).map(|s| Vec3::from(s.center_m));
             for end in &organ.ends {
@@ -303,7 +303,7 @@ impl Organ {
     }
 }
 
-/// For each vertex, the organ with the largest weight.
+/// For each skinned vertex, the organ with the largest weight.
 fn owners(scene: &SceneFile, mesh: &SkinMesh) -> Vec<usize> {
     let organ_of = |sphere: u32| {
         let holds = |o: &shared_mem::scene::OrganRecord| {
