@@ -111,8 +111,8 @@ pub struct Assessed {
     pub acts: Vec<Act>,
     /// Injuries, the oldest first.
     pub injuries: Vec<Injury>,
-    /// The critical view of safety; `None` in the tasks `scope`, `basics` and `phantom`, and for a scene
-    /// without Calot's triangle.
+    /// The critical view of safety; `None` in the tasks `scope`, `basics` and `phantom`, and for a
+    /// scene without Calot's triangle.
     pub cvs: Option<Cvs>,
     /// All metrics; `null` where a metric has no value.
     pub metrics: Values,
