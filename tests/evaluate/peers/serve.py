@@ -67,16 +67,6 @@ def pypbd(kind, iterations, substeps, share):
     return "pypbd", make
 
 
-def bullet(share):
-    def make(trial, share=share):
-        import bullet
-
-        few(trial, "it takes too long to come to rest")
-        return bullet.Solid(trial, share)
-
-    return "pybullet", make
-
-
 # The last number is the share of Young's modulus: of Calot for its own tetrahedra, else all.
 COMPETITORS = {
     "mujoco-stvk": full(0, 0.965),
@@ -89,7 +79,6 @@ COMPETITORS = {
     "newton-vbd": newton("VBD", (2, 1), 0.965),
     "pypbd-xpbd-1": pypbd("XPBD FEM", 1, 1, 1.0),
     "pypbd-xpbd-4": pypbd("XPBD FEM", 1, 4, 1.0),
-    "pybullet": bullet(1.0),
 }
 
 
