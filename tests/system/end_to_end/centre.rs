@@ -58,6 +58,11 @@ fn told(output: &Output) -> Value {
     told
 }
 
+/// Each session takes the server 20 ms, so that all of them take 40 s.
+const SLOW: &str = "CREATE FUNCTION calot.slow() RETURNS trigger LANGUAGE plpgsql \
+     AS 'BEGIN PERFORM pg_sleep(0.02); RETURN NEW; END'; \
+     CREATE TRIGGER slow BEFORE INSERT ON calot.session FOR EACH ROW EXECUTE FUNCTION calot.slow()";
+
 #[test]
 fn a_push_that_is_killed_is_finished_by_two_at_once() {
     let Some(server) = Postgres::start() else {
@@ -70,6 +75,8 @@ fn a_push_that_is_killed_is_finished_by_two_at_once() {
     let none = folder.path().join("none.sqlite");
     drop(Store::open(&none).expect("a store"));
     assert!(finish(&mut push(&none, &address)).status.success());
+    // A slow server, so that the push cannot end before it is killed, however late this test runs.
+    server.sql("calot", SLOW);
     let mut first = push(&store, &address)
         .stdout(Stdio::null())
         .spawn()
@@ -87,6 +94,7 @@ fn a_push_that_is_killed_is_finished_by_two_at_once() {
     let half = server.rows("SELECT count(*) FROM calot.session");
     let half: i64 = half[0].parse().expect("a number");
     assert!((50..2000).contains(&half), "{half}");
+    server.sql("calot", "DROP TRIGGER slow ON calot.session");
     let start = || {
         let mut command = push(&store, &address);
         command.stdout(Stdio::piped()).stderr(Stdio::piped());

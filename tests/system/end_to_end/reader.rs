@@ -47,28 +47,22 @@ fn a_screen_reader_leads_from_the_start_to_the_debrief() {
     let mut launcher = Program::start(&mut launcher);
     let _ = screen.window("Calot: Start");
     reader.work("Free practice");
-    reader.work("Begin (Enter)");
-    wait_until("the operation", || is_shown(&screen, "Calot: Operation"));
+    reader.work_until("Begin (Enter)", || is_shown(&screen, "Calot: Operation"));
     let recording = || only_folder(&sessions).map(|it| it.join("session.mcap"));
     let bytes = || recording().and_then(|it| Some(it.metadata().ok()?.len()));
     wait_until("some work", || bytes() > Some(WORKED_BYTES));
     // The operation's own window: its settings pause the task, and its button ends it.
-    reader.work("Settings");
+    reader.work_until("Settings", || reader.shows("Back (Esc)"));
     reader.work("125 %");
-    reader.work("Back (Esc)");
-    reader.work("Quit (Esc)");
-    wait_until("the debrief", || is_shown(&screen, "Calot: Debrief"));
+    reader.work_until("Back (Esc)", || !reader.shows("Back (Esc)"));
+    reader.work_until("Quit (Esc)", || is_shown(&screen, "Calot: Debrief"));
     let out = only_folder(&sessions).expect("the session's folder");
     let came_to = summary(&out);
     assert_eq!(came_to["task"], "free", "{came_to:#}");
-    reader.work("Another task");
-    let _ = screen.window("Calot: Start");
+    reader.work_until("Another task", || is_shown(&screen, "Calot: Start"));
     // The launcher has the settings that the operation's window kept.
-    reader.work("Display and hand");
-    let objects = || reader.read().into_iter();
-    wait_until("the text's size", || objects().any(|it| it.name == "125 %"));
-    reader.work("Quit (Esc)");
-    wait_until("the end", || launcher.ended().is_some());
+    reader.work_until("Display and hand", || reader.shows("125 %"));
+    reader.work_until("Quit (Esc)", || launcher.ended().is_some());
     let output = launcher.finish();
     assert!(output.status.success(), "{}", said(&output));
     let listed = finish(calot().args(["store", "--store", text(&store), "list", "--json"]));

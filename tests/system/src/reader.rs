@@ -1,8 +1,13 @@
 //! A screen reader: it reads and works windows through the accessibility bus (AT-SPI), as Orca
-//! does, with `dbus-send` of the package `dbus`.
+//! does.
 
 use std::io::{BufRead as _, BufReader};
 use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use pollster::block_on;
+use zbus::zvariant::{DynamicType, OwnedObjectPath, OwnedValue, Value};
+use zbus::{Connection, Message, connection};
 
 use crate::wait_until;
 
@@ -11,16 +16,21 @@ const REGISTRY: &str = "org.a11y.atspi.Registry";
 /// Path of an application's, and of the registry's, first object.
 const ROOT: &str = "/org/a11y/atspi/accessible/root";
 const ACCESSIBLE: &str = "org.a11y.atspi.Accessible";
+const PROPERTIES: &str = "org.freedesktop.DBus.Properties";
 /// Largest number of objects of a window that are read.
 const OBJECTS_MAX: usize = 600;
+/// Longest wait for an answer: a window that is closing gives none.
+const ANSWER: Duration = Duration::from_secs(5);
+/// Time after which an action without effect is repeated: one that comes while a window changes its
+/// page is lost.
+const AGAIN: Duration = Duration::from_secs(20);
 
 /// A session bus with an accessibility bus of its own. Both are ended on drop.
 pub struct ScreenReader {
     session: Child,
     /// Value for `DBUS_SESSION_BUS_ADDRESS`.
     pub bus: String,
-    /// Address of the accessibility bus.
-    accessibility: String,
+    accessibility: Connection,
 }
 
 /// An object of a window.
@@ -42,7 +52,6 @@ impl ScreenReader {
     /// If the buses are installed and do not answer.
     #[must_use]
     pub fn start() -> Option<Self> {
-        Command::new("dbus-send").arg("--version").output().ok()?;
         let mut session = Command::new("dbus-daemon")
             .args(["--session", "--nofork", "--print-address"])
             // The buses are to be found by this reader and its programs alone.
@@ -55,89 +64,115 @@ impl ScreenReader {
         BufReader::new(session.stdout.take()?)
             .read_line(&mut bus)
             .ok()?;
-        let mut reader = Self {
-            session,
-            bus: bus.trim().to_owned(),
-            accessibility: String::new(),
-        };
-        let bus = reader.bus.clone();
-        let told = call(
-            &bus,
-            "org.a11y.Bus",
-            "/org/a11y/bus",
-            "org.a11y.Bus.GetAddress",
-            &[],
-        )?;
-        reader.accessibility = strings(&told).pop()?;
+        let bus = bus.trim().to_owned();
+        let on = connect(&bus);
+        let path = "/org/a11y/bus";
+        let told = call(&on, "org.a11y.Bus", path, "org.a11y.Bus", "GetAddress", &())?;
+        let address: String = told.body().deserialize().expect("an address");
         for switch in ["IsEnabled", "ScreenReaderEnabled"] {
-            let words = [
-                "string:org.a11y.Status",
-                &format!("string:{switch}"),
-                "variant:boolean:true",
-            ];
-            let set = "org.freedesktop.DBus.Properties.Set";
-            call(&bus, "org.a11y.Bus", "/org/a11y/bus", set, &words).expect("a status");
+            let set = ("org.a11y.Status", switch, Value::from(true));
+            call(&on, "org.a11y.Bus", path, PROPERTIES, "Set", &set).expect("a status");
         }
-        Some(reader)
+        Some(Self {
+            session,
+            bus,
+            accessibility: connect(&address),
+        })
     }
 
-    fn ask(&self, of: &str, path: &str, method: &str, words: &[&str]) -> Option<String> {
-        call(&self.accessibility, of, path, method, words)
+    fn ask<Words: serde::Serialize + DynamicType>(
+        &self,
+        it: (&str, &str),
+        interface: &str,
+        method: &str,
+        words: &Words,
+    ) -> Option<Message> {
+        call(&self.accessibility, it.0, it.1, interface, method, words)
     }
 
-    fn children(&self, of: &str, path: &str) -> Vec<(String, String)> {
-        let method = format!("{ACCESSIBLE}.GetChildren");
-        let told = self.ask(of, path, &method, &[]).unwrap_or_default();
-        let words = strings(&told);
-        let pairs = words
-            .chunks_exact(2)
-            .map(|it| (it[0].clone(), it[1].clone()));
-        pairs.collect()
+    fn children(&self, of: &str, path: &str) -> Vec<(String, OwnedObjectPath)> {
+        let told = self.ask((of, path), ACCESSIBLE, "GetChildren", &());
+        told.and_then(|it| it.body().deserialize().ok())
+            .unwrap_or_default()
+    }
+
+    fn object(&self, of: String, path: String) -> Object {
+        let it = (&*of, &*path);
+        let name = self.ask(it, PROPERTIES, "Get", &(ACCESSIBLE, "Name"));
+        let name = name.and_then(|it| it.body().deserialize::<OwnedValue>().ok());
+        let role = self.ask(it, ACCESSIBLE, "GetRoleName", &());
+        Object {
+            role: role
+                .and_then(|it| it.body().deserialize().ok())
+                .unwrap_or_default(),
+            name: name.and_then(|it| it.try_into().ok()).unwrap_or_default(),
+            of,
+            path,
+        }
     }
 
     /// Reads all objects of all windows.
     #[must_use]
     pub fn read(&self) -> Vec<Object> {
-        let mut open = self.children(REGISTRY, ROOT);
-        open.reverse();
+        let mut open = vec![(REGISTRY.to_owned(), ROOT.to_owned())];
         let mut objects = Vec::new();
         while let Some((of, path)) = open.pop() {
             if objects.len() >= OBJECTS_MAX {
                 break;
             }
-            let get = "org.freedesktop.DBus.Properties.Get";
-            let property = [&*format!("string:{ACCESSIBLE}"), "string:Name"];
-            let name = self.ask(&of, &path, get, &property).unwrap_or_default();
-            let role = format!("{ACCESSIBLE}.GetRoleName");
-            let role = self.ask(&of, &path, &role, &[]).unwrap_or_default();
-            let mut below = self.children(&of, &path);
-            below.reverse();
-            open.extend(below);
-            let first = |told: &str| strings(told).pop().unwrap_or_default();
-            objects.push(Object {
-                of,
-                path,
-                role: first(&role),
-                name: first(&name),
-            });
+            let below = self.children(&of, &path).into_iter().rev();
+            open.extend(below.map(|(of, path)| (of, path.to_string())));
+            objects.push(self.object(of, path));
         }
         objects
     }
 
-    /// Waits for an object whose name begins with `name`, and does what it is for: a button is
-    /// pressed, a choice is chosen.
+    /// An object whose name begins with `name` and that can be worked.
+    fn find(&self, name: &str) -> Option<Object> {
+        let mut objects = self.read().into_iter();
+        objects.find(|it| it.name.starts_with(name) && !it.role.contains("label"))
+    }
+
+    /// Does what an object is for: a button is pressed, a choice is chosen.
+    fn act(&self, on: &Object) -> bool {
+        let interface = "org.a11y.atspi.Action";
+        self.ask((&on.of, &on.path), interface, "DoAction", &0_i32)
+            .is_some()
+    }
+
+    /// Waits for an object whose name begins with `name`, and does what it is for.
     #[track_caller]
     pub fn work(&self, name: &str) {
-        let mut found = None;
+        wait_until(name, || self.find(name).is_some_and(|it| self.act(&it)));
+    }
+
+    /// Works the object again and again until its effect is there.
+    #[track_caller]
+    pub fn work_until(&self, name: &str, mut effect: impl FnMut() -> bool) {
         wait_until(name, || {
-            let mut objects = self.read().into_iter();
-            found = objects.find(|it| it.name.starts_with(name) && !it.role.contains("label"));
-            found.is_some()
+            let found = self.find(name);
+            if effect() {
+                return true;
+            }
+            let Some(it) = found else {
+                return false;
+            };
+            self.act(&it);
+            let acted = Instant::now();
+            while acted.elapsed() < AGAIN {
+                if effect() {
+                    return true;
+                }
+                std::thread::sleep(Duration::from_millis(100));
+            }
+            false
         });
-        if let Some(it) = found {
-            let method = "org.a11y.atspi.Action.DoAction";
-            let _ = self.ask(&it.of, &it.path, method, &["int32:0"]);
-        }
+    }
+
+    /// An object with this name is there.
+    #[must_use]
+    pub fn shows(&self, name: &str) -> bool {
+        self.read().iter().any(|it| it.name == name)
     }
 }
 
@@ -153,30 +188,19 @@ impl Drop for ScreenReader {
     }
 }
 
-/// Calls a method, and returns the text of the answer.
-fn call(bus: &str, of: &str, path: &str, method: &str, words: &[&str]) -> Option<String> {
-    let output = Command::new("dbus-send")
-        .args([
-            &format!("--bus={bus}"),
-            "--print-reply",
-            "--reply-timeout=5000",
-        ])
-        .args([&format!("--dest={of}"), path, method])
-        .args(words)
-        .output()
-        .ok()?;
-    let is_answer = output.status.success();
-    is_answer.then(|| String::from_utf8_lossy(&output.stdout).into_owned())
+fn connect(address: &str) -> Connection {
+    let builder = connection::Builder::address(address).expect("an address of a bus");
+    block_on(builder.method_timeout(ANSWER).build()).expect("a bus")
 }
 
-/// Texts and paths in an answer.
-fn strings(told: &str) -> Vec<String> {
-    let lines = told.lines().filter(|line| {
-        let line = line.trim_start();
-        ["string ", "object path ", "variant "]
-            .iter()
-            .any(|it| line.starts_with(it))
-    });
-    let quoted = |line: &str| Some(line.split_once('"')?.1.rsplit_once('"')?.0.to_owned());
-    lines.filter_map(quoted).collect()
+/// Calls a method. `None` if it fails, as where the object is gone.
+fn call<Words: serde::Serialize + DynamicType>(
+    on: &Connection,
+    of: &str,
+    path: &str,
+    interface: &str,
+    method: &str,
+    words: &Words,
+) -> Option<Message> {
+    block_on(on.call_method(Some(of), path, Some(interface), method, words)).ok()
 }
