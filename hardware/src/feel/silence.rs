@@ -36,18 +36,19 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report) -> Result<(), End
     let full_n = Direction::Up.vector() * force_n;
     let force_share = |ms: u32| (ms as f32 / RISE_MS as f32).min(1.0);
     bench.push(RISE_MS + STAY_MS, |ms| full_n * force_share(ms), |_, _| {})?;
-    match bench.stay_silent(SILENT_MS.max(u32::from(watchdog_ms)))? {
+    let silent_ms = SILENT_MS.max(u32::from(watchdog_ms));
+    match bench.stay_silent(silent_ms)? {
         None => report.mark_not_judged(NAME, "nobody said whether the push had ended"),
         Some(answer) => {
-            let (good, words) = judge(force_n, answer);
+            let (good, words) = judge(force_n, silent_ms, answer);
             report.judge(NAME, good, words);
         }
     }
     Ok(())
 }
 
-fn judge(asked_n: f32, answer: Left) -> (bool, String) {
-    let words = format!("{asked_n:.1} N up, then no command for {SILENT_MS} ms:");
+fn judge(asked_n: f32, silent_ms: u32, answer: Left) -> (bool, String) {
+    let words = format!("{asked_n:.1} N up, then no command for {silent_ms} ms:");
     let left = match answer {
         Left::Nothing => return (true, format!("{words} the force ended")),
         Left::Measured(force_n) if force_n.norm() < NOTHING_SHARE * asked_n => {
@@ -78,8 +79,9 @@ mod tests {
             ),
             (Left::Pushes, false, "the handle still pushes. The motors"),
         ] {
-            let (is_good, said) = judge(0.5, answer);
+            let (is_good, said) = judge(0.5, 200, answer);
             assert!(is_good == good && said.contains(words), "{said}");
+            assert!(said.contains("no command for 200 ms"), "{said}");
         }
     }
 }

@@ -1,4 +1,4 @@
-"""Newton's VBD and XPBD on the processor, with Calot's tetrahedra and masses."""
+"""Newton's VBD on the processor, with Calot's tetrahedra and masses."""
 
 import newton
 import numpy as np
@@ -11,7 +11,7 @@ wp.config.log_level = getattr(wp, "LOG_ERROR", 40)
 class Solid:
     """One soft body of particles and tetrahedra. Particles without mass stay where they are put."""
 
-    def __init__(self, trial, solver, iterations, young_share):
+    def __init__(self, trial, iterations, young_share):
         wp.init()
         wp.set_device("cpu")
         self.trial = trial
@@ -38,12 +38,11 @@ class Solid:
         self.model = builder.finalize(device="cpu")
         self.states = [self.model.state(), self.model.state()]
         self.control = self.model.control()
-        kind = {"VBD": newton.solvers.SolverVBD, "XPBD": newton.solvers.SolverXPBD}[solver]
-        self.solver = kind(self.model, iterations=iterations)
+        self.solver = newton.solvers.SolverVBD(self.model, iterations=iterations)
         # Velocities are damped from outside; the factor is that of the other methods.
         self.keep = 1.0 - trial.damping_per_s * trial.tick_s
         self.nodes = len(trial.nodes_m)
-        self.method = f"Newton {newton.__version__} {solver}"
+        self.method = f"Newton {newton.__version__} VBD"
         self.setting = (
             f"Warp {wp.__version__} on one core, {iterations} iteration(s), E x {young_share:g}, "
             "elements without a free node left out"

@@ -44,13 +44,13 @@ def cells(order, grid, share):
     return "mujoco", make
 
 
-def newton(solver, iterations, share):
+def newton(iterations, share):
     def make(trial, share=share):
         import newton_solvers
 
         # The first number is for a body with weight, which one iteration does not hold.
         count = iterations[0] if trial.gravity_m_s2.any() else iterations[1]
-        return newton_solvers.Solid(trial, solver, count, share)
+        return newton_solvers.Solid(trial, count, share)
 
     return "newton", make
 
@@ -76,7 +76,7 @@ COMPETITORS = {
     "mujoco-quadratic-1": cells(2, (1, 1, 1), 1.0),
     "mujoco-quadratic-2": cells(2, (2, 1, 1), 1.0),
     "mujoco-quadratic-3": cells(2, (3, 3, 2), 1.0),
-    "newton-vbd": newton("VBD", (2, 1), 0.965),
+    "newton-vbd": newton((2, 1), 0.965),
     "pypbd-xpbd-1": pypbd("XPBD FEM", 1, 1, 1.0),
     "pypbd-xpbd-4": pypbd("XPBD FEM", 1, 4, 1.0),
 }

@@ -100,7 +100,8 @@ pub(crate) fn competitors_chart(rows: &[accuracy::Row]) -> Result<Option<String>
     if scenes.is_empty() {
         return Ok(None);
     }
-    panels::panels(&panels(rows, &scenes, shows), 3).map(Some)
+    // Calot is the first, and green as in the chart of methods.
+    panels::panels_from(&panels(rows, &scenes, shows), 3, 7).map(Some)
 }
 
 /// The chart for the README: sag, pull and quarter turn of the liver; `None` without these cases.

@@ -1,6 +1,6 @@
 //! The engineering view: the simulation, drawn over the endoscope's picture.
 
-use egui::{Color32, Painter, Pos2, Rect, Stroke, pos2, vec2};
+use egui::{Color32, Painter, Pos2, Rect, Stroke, vec2};
 use glam::{Mat4, Vec2, Vec3};
 use shared_mem::message::{SphereState, ToolFrame};
 use shared_mem::scene::{SceneFile, str_from_name};
@@ -207,7 +207,7 @@ impl Overlay {
     }
 
     /// Draws the view over the endoscope's picture in `picture`.
-    pub(super) fn paint(&self, painter: &Painter, picture: Rect, words: &Words) {
+    pub(super) fn paint(&self, painter: &Painter, picture: Rect) {
         let unit = picture.height() / 2.0;
         let place = |at: Vec2| -> Pos2 { picture.center() + vec2(at.x, -at.y) * unit };
         let painter = painter.with_clip_rect(picture);
@@ -224,12 +224,11 @@ impl Overlay {
                 painter.circle_filled(at, (radius * 0.35).max(2.0), colour);
             }
         }
-        let legend = format!("{}\n{}", self.notes.said(words), words.say("inside-legend"));
-        let font = egui::FontId::proportional(13.0);
-        let width = (picture.width() - 16.0).max(0.0);
-        let text = painter.layout(legend, font, Color32::LIGHT_GRAY, width);
-        let corner = pos2(picture.left() + 8.0, picture.bottom() - 8.0 - text.size().y);
-        painter.galley(corner, text, Color32::LIGHT_GRAY);
+    }
+
+    /// Text of the view: the model's counts, the awake organs, the meaning of the colours.
+    pub(super) fn said(&self, words: &Words) -> String {
+        format!("{}\n{}", self.notes.said(words), words.say("inside-legend"))
     }
 }
 

@@ -91,7 +91,7 @@ fn picture(
             asked.push(Asked::Point([from_middle.x, -from_middle.y]));
         }
         if let Some(overlay) = &state.overlay {
-            overlay.paint(ui.painter(), place, &state.words);
+            overlay.paint(ui.painter(), place);
         }
         screens::over(ui, place, state, asked);
     });
@@ -129,6 +129,9 @@ fn panel(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     recording::show(ui, state);
     ui.separator();
     replay::show(ui, state, asked);
+    if let Some(overlay) = &state.overlay {
+        fine(ui, |ui| _ = ui.label(overlay.said(words)));
+    }
     // A trainee sees the controller only while it is not live or is paused.
     if is_engineering || state.link != Link::Live || state.is_paused() {
         controller(ui, state);

@@ -196,6 +196,7 @@ fn head(ui: &mut Ui, words: &Words, debrief: &Debrief) {
         title(ui, &words.say(&format!("outcome-{}", debrief.outcome)));
         let score = format!("{:.0}", debrief.score).into();
         let score = words.say_with("task-score", &[("score", score)]);
+        ui.label(RichText::new("·").size(1.6 * BODY_POINTS));
         ui.label(RichText::new(score).size(1.6 * BODY_POINTS));
     });
     for reason in &debrief.reasons {

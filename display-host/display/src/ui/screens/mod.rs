@@ -39,12 +39,15 @@ pub(super) fn cover(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) -> boo
 
 /// Shows the cards over the picture.
 pub(super) fn over(ui: &Ui, place: egui::Rect, state: &UiState, asked: &mut Vec<Asked>) {
-    hold::show(ui, place, state);
-    hud::show(ui, place, state, asked);
-    act::show(ui, place, state);
     // The pause screen must not cover a paused replay.
     let covers = !state.instructor && state.replay.is_none();
-    if state.link == Link::Live && state.is_paused() && covers {
+    let is_paused = state.link == Link::Live && state.is_paused() && covers;
+    if !is_paused {
+        hold::show(ui, place, state);
+    }
+    hud::show(ui, place, state, asked);
+    act::show(ui, place, state);
+    if is_paused {
         pause::show(ui, hud::roomy(ui, place), state, asked);
     }
 }
