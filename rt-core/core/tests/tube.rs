@@ -62,18 +62,24 @@ const ORDER: [[u32; 2]; 37] = [
     [17, 19],
 ];
 
-/// A tube along x whose first two spheres are held, with links as preparation makes them.
-fn tube(young_pa: f32, retardation_s: f32) -> Anatomy {
+/// A tube along x whose first two spheres are held, with links as preparation makes them. Its
+/// middle lies `bow_m` beside the line between its ends.
+fn tube(young_pa: f32, retardation_s: f32, bow_m: f32) -> Anatomy {
+    let place_m = |i: u32| {
+        let share = i as f32 / (SPHERES - 1) as f32;
+        let aside_m = 4.0 * bow_m * share * (1.0 - share);
+        Vec3::new(SPACING_M * i as f32, aside_m, 0.0)
+    };
     let spheres: Vec<RestSphere> = (0..SPHERES)
         .map(|i| RestSphere {
-            center_m: Vec3::new(SPACING_M * i as f32, 0.0, 0.0),
+            center_m: place_m(i),
             radius_m: RADIUS_M,
             mass_kg: DENSITY_KG_M3 * AREA_M2 * SPACING_M,
             held: i < 2,
         })
         .collect();
     let link = |[a, b]: [u32; 2]| {
-        let length_m = SPACING_M * (b - a) as f32;
+        let length_m = norm(&(place_m(b) - place_m(a)));
         let share = if b - a == 1 { 0.5 } else { 0.25 };
         Link {
             a,
@@ -143,7 +149,7 @@ struct Stretched {
 /// Stretches a tube, which weighs as much as gravity of `fall_m_s2` makes it. `aside_m` moves its
 /// spheres to alternate sides in each substep of a tick.
 fn stretched(young_pa: f32, retardation_s: f32, fall_m_s2: f32, aside_m: f32) -> Stretched {
-    let mut anatomy = tube(young_pa, retardation_s);
+    let mut anatomy = tube(young_pa, retardation_s, 0.0);
     anatomy.organs[0].gravity_share = 1.0;
     let room = Room {
         gravity_m_s2: Vec3::new(0.0, 0.0, -fall_m_s2),
@@ -180,8 +186,8 @@ fn stretched(young_pa: f32, retardation_s: f32, fall_m_s2: f32, aside_m: f32) ->
     }
 }
 
-/// Numbers up to which a tube has its material's stiffness: 3 times 1.25.
-const NUMBERS: [f32; 4] = [0.5, 1.25, 2.5, 3.75];
+/// Numbers up to which a tube has its material's stiffness: 2.4 times 1.25.
+const NUMBERS: [f32; 4] = [0.5, 1.25, 2.5, 3.0];
 
 /// Force of a soft tube as a share of the even rod's. Its ends are stiffer: the links over the ends
 /// of the held part are stretched less.
@@ -229,9 +235,66 @@ fn a_taut_tube_bends_by_its_tension() {
 /// alternate from side to side would not come to rest under a large tension.
 #[test]
 fn a_taut_tube_that_zigzags_comes_to_rest() {
-    for number in [3.75, 20.0, 200.0, 4.0e3] {
+    for number in [3.0, 20.0, 200.0] {
         let it = stretched(young_pa(number), 0.0, 0.0, 2.0e-5);
         assert!(it.fastest_m_s < 1.0e-4, "{number}: {} m/s", it.fastest_m_s);
+    }
+}
+
+/// Largest speed of a sphere, m/s, long after a curved tube was drawn out by `strain` and knocked.
+fn drawn_straight_m_s(young_pa: f32, bow_m: f32, strain: f32) -> f32 {
+    let mut anatomy = tube(young_pa, 0.0, bow_m);
+    anatomy.organs[0].material.damping_per_s = 4.0;
+    let scene = Scene::new(&anatomy.organs, &anatomy.spheres, &anatomy.links, room());
+    let mut bodies = Box::new(Bodies::new());
+    let mut tissue = Tissue::new(
+        scene.expect("a good scene"),
+        &mut bodies,
+        Method::NeoHookean,
+    );
+    let out_m = strain * SPACING_M * SPHERES as f32;
+    let mut fastest_m_s = 0.0f32;
+    for tick in 1..=8000 {
+        let share = (tick as f32 / TICKS[0] as f32).min(1.0);
+        if tick == TICKS[0] + 1 {
+            for i in 2..SPHERES - 2 {
+                let aside_m = 2.0e-4 * [1.0, -1.0, -1.0, 1.0, 0.5][i as usize % 5];
+                let moved_m = tissue.displacement_m(i) + Vec3::new(0.0, aside_m, aside_m);
+                tissue.put(i, &moved_m, &Vec3::zeros());
+            }
+        }
+        let put_back = tissue.step_with(|tissue, _| {
+            for i in SPHERES - 2..SPHERES {
+                let rest_m = anatomy.spheres[i as usize].center_m;
+                let to_m = rest_m + Vec3::new(out_m * share, 0.0, 0.0);
+                let step_m = to_m - tissue.center_m(i);
+                tissue.move_by(i, &step_m);
+            }
+        });
+        assert_eq!(put_back, 0, "a sphere was put back");
+        if tick > 7900 {
+            let speeds = (0..SPHERES).map(|i| norm(&tissue.velocity_m_s(i)));
+            fastest_m_s = speeds.fold(fastest_m_s, f32::max);
+        }
+    }
+    fastest_m_s
+}
+
+/// Links of the numbers 17 and 20, which keep their compliance, shake at 17 and 23 mm/s in one of
+/// these cases.
+#[test]
+fn a_curved_tube_that_is_drawn_straight_rests() {
+    for number in [2.5, 3.0, 3.75, 6.0, 10.0] {
+        for bow in [0.05, 0.1, 0.13, 0.16, 0.2, 0.3] {
+            for strain in [0.0, 0.03, 0.06, 0.12] {
+                let bow_m = bow * SPACING_M * SPHERES as f32;
+                let fastest_m_s = drawn_straight_m_s(young_pa(number), bow_m, strain);
+                assert!(
+                    fastest_m_s < 1.0e-4,
+                    "{number} {bow} {strain}: {fastest_m_s} m/s"
+                );
+            }
+        }
     }
 }
 

@@ -15,8 +15,8 @@ pub(crate) const TICK_S: f64 = 0.001;
 /// would need more than [`SUBSTEPS_MAX`] substeps exceeds it.
 pub(crate) const STIFFNESS_NUMBER_MAX: f64 = 0.2;
 /// The same for tubes. The core knows the compliance that one pass adds to the links of a tube, and
-/// leaves it out (`one_pass`). Up to this number their own compliance is larger.
-pub(crate) const TUBE_STIFFNESS_NUMBER_MAX: f64 = 3.0;
+/// leaves it out (`one_pass`), up to this number within 2 %.
+pub(crate) const TUBE_STIFFNESS_NUMBER_MAX: f64 = 2.4;
 /// Stiffness of the links of a sphere in an even tube, in `E A / s`, with the spacing `s`: half of it
 /// for each of two short links, an eighth for each of two long ones.
 pub(crate) const LINKS_OF_A_SPHERE: f64 = 1.25;

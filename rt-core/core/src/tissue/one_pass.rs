@@ -12,8 +12,7 @@
 //! from the link. So the pass adds the compliance `δ = (w₁ A₁ + w₂ A₂) / P`. In a tube, all impulses
 //! are known up to a factor if its strain is even: `P ∝ L / α`. The organ then needs no memory of
 //! impulses to have its material's stiffness. Its links get the compliance `α̃ − δ`, and the pass
-//! adds the rest. As before, no link pushes beyond its own solution, so this is stable with any
-//! stiffness and under any tension.
+//! adds the rest.
 //!
 //! `δ` differs from link to link, and `α̃ − δ` may be negative. But each pair of links that meet
 //! adds the same energy `w P₁ P₂ cos φ` in either order. So the mean of `δ / α̃` over the links that
@@ -21,6 +20,13 @@
 //! `κ ≈ 0.31 E dt² / (ρ h²)`, which is used for each link. Links with less compliance share the
 //! force less evenly, and the pass then adds less than `κ`: by `0.18 κ²` in the order in which
 //! preparation puts links (`a_stretched_tube_has_its_materials_force`).
+//!
+//! No link pushes beyond its own solution, so a straight tube is stable with any stiffness. But a
+//! curved tube that is drawn straight shakes without end if its links are too stiff for one pass: if
+//! the stiffness of a sphere's links times `dt²` over its mass is 16 or more, with the compliance
+//! that is left. So the subtraction leaves at least the compliance of the number 10
+//! (`a_curved_tube_that_is_drawn_straight_rests`). Links that are stiffer by themselves keep all of
+//! their compliance.
 
 use crate::capacity::{MAX_ORGANS, MAX_TUBE_LINKS};
 use crate::math;
@@ -29,9 +35,10 @@ use crate::tissue::inverse_mass_per_kg;
 use crate::tissue::lanes::Lanes;
 use crate::tissue::per_sphere::PerSphere;
 
-/// Largest share `κ`. A stiffer link keeps a fifth of its compliance, and is softer than its
+/// A link may lose all of its compliance but this multiple of `κ`. The stiffness number of its
+/// spheres is `4 κ`, and `4 κ / (0.4 κ)` is 10. From `κ = 0.8` on, the tube is softer than its
 /// material.
-const SHARE_MAX: f32 = 1.0;
+const KEPT_PER_SHARE: f32 = 0.4;
 /// Factor of `κ²` by which the pass adds less.
 const UNEVEN: f32 = 0.18;
 
@@ -129,8 +136,9 @@ fn fill(
     for (link, added) in links.iter().zip(added_per_kg) {
         let sums = *scratch.at(link.a) + *scratch.at(link.b);
         let [added_sum, own_sum, ..] = sums.to_array();
-        let share = (added_sum / own_sum.max(f32::MIN_POSITIVE)).clamp(0.0, SHARE_MAX);
-        *added = compliance_per_kg(link) * share * (1.0 - UNEVEN * share);
+        let share = (added_sum / own_sum.max(f32::MIN_POSITIVE)).max(0.0);
+        let most = (1.0 - KEPT_PER_SHARE * share).max(0.0);
+        *added = compliance_per_kg(link) * (share * (1.0 - UNEVEN * share)).min(most);
     }
 }
 

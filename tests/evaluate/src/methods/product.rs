@@ -66,7 +66,7 @@ impl Plan {
 /// the spheres, m.
 const STIFFNESS_NUMBER_MAX: f64 = 0.2;
 /// The same for a tube: the core knows what one pass adds to the compliance of its links.
-const TUBE_STIFFNESS_NUMBER_MAX: f64 = 3.0;
+const TUBE_STIFFNESS_NUMBER_MAX: f64 = 2.4;
 
 impl Parts {
     /// Makes a scene of one organ. `paper`: stiffness and iterations of the paper's method; `None`:
