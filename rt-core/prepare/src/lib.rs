@@ -64,7 +64,6 @@ pub mod delaunay;
 mod elastic;
 pub mod error;
 pub mod field;
-mod inertia;
 pub mod mesh;
 pub mod recipe;
 pub mod report;

@@ -21,9 +21,7 @@ use crate::skeleton::{Skeleton, interior, skeleton};
 use crate::skin::ContactSkin;
 use crate::tetra::{self, Tetra};
 use crate::thin::{self, Thin};
-use crate::{
-    Vec3, attach, bind, cost, held, inertia, links, overlap, rest, room, runs, space, support,
-};
+use crate::{Vec3, attach, bind, cost, held, links, overlap, rest, room, runs, space, support};
 
 /// Progress of the preparation.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,8 +36,6 @@ pub struct Progress {
 struct Organ {
     balls: Vec<Ball>,
     masses_kg: Vec<f64>,
-    /// Mass of the free spheres, as a multiple of their own ([`inertia`]).
-    mass_growth: f64,
     links: Vec<[u32; 2]>,
     elastic: Elastic,
     tets: Vec<Tetra>,
@@ -171,10 +167,6 @@ fn assemble(
             &gravity,
         )?;
         organ.weigh(&held);
-        if plan.packing == Packing::Line {
-            let (elastic, masses_kg) = (&mut organ.elastic, &mut organ.masses_kg);
-            organ.mass_growth = inertia::for_tube(elastic, masses_kg, &held.spheres);
-        }
         append(&mut scene, plan, &surfaces[i].mended, &organ, &held.spheres);
         report.organs.push(OrganReport {
             build_s: begun.elapsed().as_secs_f64(),
@@ -446,7 +438,6 @@ fn build(
     let thin = is_solid.then(|| thin::thin(&interior));
     Ok(Organ {
         masses_kg: masses(&interior, &balls, mass_kg),
-        mass_growth: 1.0,
         vertices: bind::bind(&surface.mesh, &balls, first_sphere),
         // A tube, or a layer one sphere thick, has no tetrahedra and no contact skin. Tools collide
         // with its spheres, which are as thick as the organ. A skin that follows spheres in a line
@@ -513,8 +504,6 @@ fn figures(plan: &OrganPlan, skin: &Skin, organ: &Organ, held: &[bool]) -> Organ
         held: held.iter().filter(|held| **held).count(),
         attached: 0,
         cells: None,
-        is_tube: plan.packing == Packing::Line,
-        mass_growth: organ.mass_growth,
         springs: organ.links.len(),
         tetrahedra: organ.tets.len(),
         tetra_shape_min: worst_shape(organ),
@@ -530,7 +519,7 @@ fn figures(plan: &OrganPlan, skin: &Skin, organ: &Organ, held: &[bool]) -> Organ
         min_degree: degree.into_iter().min().unwrap_or(0),
         isotropy: pack::isotropy(&organ.balls, &organ.links),
         volume_ml: 1e6 * surface.volume_m3,
-        mass_g: 1e3 * plan.material.density_kg_m3 * surface.volume_m3,
+        mass_g: 1e3 * organ.masses_kg.iter().sum::<f64>(),
     }
 }
 
@@ -556,7 +545,7 @@ fn append(scene: &mut SceneData, plan: &OrganPlan, surface: &Mended, organ: &Org
         tetrahedra: range(scene.tetrahedra.len(), organ.tets.len()),
         elastic_links: organ.elastic.count as u32,
         substeps: organ.elastic.substeps,
-        gravity_share: (plan.gravity_share / organ.mass_growth) as f32,
+        gravity_share: plan.gravity_share as f32,
         breath_m: plan.breath_m.map(|x| x as f32).into(),
         volume_m3: surface.volume_m3 as f32,
         material: plan.material.to_record(),

@@ -108,11 +108,6 @@ pub struct OrganReport {
     pub attached: usize,
     /// Fit of the organ's cells, if it is layered tissue.
     pub cells: Option<Filling>,
-    /// True for a tube: spheres in a row, and links along it.
-    pub is_tube: bool,
-    /// Mass of a tube's free spheres, as a multiple of their own: a tube gets inertia, and no weight,
-    /// so that it needs fewer substeps. 1 for other organs.
-    pub mass_growth: f64,
     /// Links.
     pub springs: usize,
     /// Tetrahedra between sphere centres. Tissue outside all of them counts to the nearest.
@@ -124,8 +119,7 @@ pub struct OrganReport {
     /// Substeps of the organ in a tick, at most 16.
     pub substeps: u32,
     /// Stiffness number `E dt² / (ρ h²)`, with the substep `dt` and the spacing `h` of the spheres.
-    /// A tube has its material's stiffness up to 2.4. Other links are softer by 3 % at 0.2, by 15 %
-    /// at 0.7 and by a third at 2.
+    /// Links are softer than their material by 3 % at 0.2, by 15 % at 0.7 and by a third at 2.
     /// Tetrahedra keep their material's stiffness. Beyond 0.6, a tetrahedron may invert when it is
     /// squeezed to less than half its height.
     pub stiffness_number: f64,
@@ -303,10 +297,6 @@ impl OrganReport {
     /// consequence.
     fn too_stiff(&self) -> Option<(f64, &'static str)> {
         let (number_max, fault) = match self.tetrahedra {
-            0 if self.is_tube => (
-                elastic::TUBE_STIFFNESS_NUMBER_MAX,
-                "it is softer than its material",
-            ),
             0 => (
                 elastic::STIFFNESS_NUMBER_MAX,
                 "it is softer than its material",

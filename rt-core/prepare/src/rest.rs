@@ -37,7 +37,6 @@ pub(crate) fn bear(
     if !(0..plans.len()).any(|i| has_weight(scene, i)) {
         return Ok(Vec::new());
     }
-    let own_shares: Vec<f32> = scene.organs.iter().map(|it| it.gravity_share).collect();
     let shakes = |it: &SceneData| -> Vec<usize> {
         let moving = unquiet(it).into_iter().enumerate();
         moving
@@ -71,19 +70,14 @@ pub(crate) fn bear(
             ),
         });
     }
-    let organs = scene.organs.iter().zip(own_shares);
-    let shares = organs.map(|(organ, own)| organ.gravity_share / own);
-    let pairs = plans.iter().zip(shares);
-    let lightened = pairs.filter(|(_, share)| *share < 1.0);
-    let warnings = lightened.map(|(plan, share)| {
+    let pairs = plans.iter().zip(&scene.organs);
+    let lightened = pairs.filter(|(plan, organ)| organ.gravity_share < plan.gravity_share as f32);
+    let warnings = lightened.map(|(plan, organ)| {
         format!(
             "'{}' cannot bear its weight: with gravity_share {} its tissue of {} Pa does not come to \
              rest; it was prepared with gravity_share = {}; give it that, a larger \
              material.young_pa, or more held spheres",
-            plan.name,
-            plan.gravity_share,
-            plan.material.young_pa,
-            plan.gravity_share as f32 * share
+            plan.name, plan.gravity_share, plan.material.young_pa, organ.gravity_share
         )
     });
     Ok(warnings.collect())
