@@ -69,6 +69,7 @@ pub(crate) mod cut;
 pub(crate) mod grasp;
 pub mod heat;
 pub(crate) mod journal;
+pub(crate) mod lens;
 pub(crate) mod opening;
 pub(crate) mod shaking;
 pub(crate) mod unrest;

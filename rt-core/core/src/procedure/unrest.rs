@@ -6,7 +6,8 @@
 //! the organ came to rest in between.
 //!
 //! Tissue that the trainee works on may move. So an organ that a tool moves, or has moved in the
-//! last two seconds, is not reported as falling, nor are the organs next to it. Such an organ is
+//! last two seconds, is not reported as falling, nor are the organs next to it. The endoscope is
+//! such a tool, too ([`super::lens`]). Such an organ is
 //! reported as shaking only if it is faster than the hand explains ([`super::shaking`]). An organ
 //! is freed, and may fall or dangle, once it was grasped, or once something was cut, burnt away or
 //! torn at it while a tool worked. All organs that attachments join to it are freed with it, up to
@@ -16,6 +17,7 @@
 
 use crate::capacity::MAX_ORGANS;
 use crate::math::{self, Vec3};
+use crate::procedure::lens::Lens;
 use crate::procedure::shaking::Shaking;
 use crate::scene::{Anchor, Scene};
 use crate::tissue::Bounds;
@@ -145,6 +147,8 @@ pub(crate) struct Unrest {
     breath_m_s: f32,
     /// Organs that shake while a tool moves them.
     shaking: Shaking,
+    /// Motion of the endoscope.
+    lens: Lens,
 }
 
 impl Unrest {
@@ -154,6 +158,7 @@ impl Unrest {
         group: [0; MAX_ORGANS],
         breath_m_s: 0.0,
         shaking: Shaking::NONE,
+        lens: Lens::AWAY,
     };
 
     /// Starts over with every organ at its place.
@@ -230,6 +235,12 @@ impl Unrest {
         }
     }
 
+    /// Takes the place of the endoscope's lens in this tick, m; `None` while it is outside the
+    /// body. Returns its speed, m/s, in a tick in which it is seen to move.
+    pub(crate) fn follow_lens(&mut self, lens_m: Option<Vec3>) -> f32 {
+        self.lens.follow(lens_m)
+    }
+
     /// Speed above which an organ that a tool touches counts as shaking, m/s.
     fn touched_speed_min_m_s(&self) -> f32 {
         (SHAKE_SPEED_M_S + self.breath_m_s) * TOUCHED_FACTOR
@@ -283,8 +294,8 @@ impl Unrest {
         }
     }
 
-    /// Ends a tick in which the hand had this speed: calls `report` with each organ that a tool
-    /// moves and that shakes. `fastest` gives the fastest sphere of an organ.
+    /// Ends a tick in which the faster hand had this speed: calls `report` with each organ that a
+    /// tool moves and that shakes. `fastest` gives the fastest sphere of an organ.
     pub(crate) fn end_tick_of_worked_organs(
         &mut self,
         hand_m_s: f32,

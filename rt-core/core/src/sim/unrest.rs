@@ -4,6 +4,7 @@ use crate::math;
 use crate::port::Buttons;
 use crate::procedure::unrest::UnrestKind;
 use crate::sim::{Sim, WAKE_GAP_M};
+use crate::tool::Tool;
 use crate::words::{Event, EventKind};
 
 /// Speed below which the handle counts as at rest, m/s: five times the tremor of a resting hand.
@@ -46,6 +47,13 @@ impl Sim<'_> {
                 self.unrest.touch(organ);
             }
         }
+        let lens_m = (self.tool.endoscope).map(|_| self.tool.world_from_camera.translation.vector);
+        let lens_m_s = self.unrest.follow_lens(lens_m);
+        let touched = self.contacts.forces.iter();
+        let touched = touched.filter(|it| it.tool == Tool::Endoscope && lens_m_s > 0.0);
+        for organ in touched.filter_map(|it| it.organ) {
+            self.unrest.disturb(organ.into());
+        }
         for sphere in self.grasp.spheres() {
             self.unrest
                 .mark_freed((*self.state.bodies.organ.at(sphere)).into());
@@ -58,7 +66,7 @@ impl Sim<'_> {
         let bodies = &self.state.bodies;
         self.unrest
             .note_velocities(organs.len(), |sphere| bodies.net_velocity_m_s(sphere));
-        let hand_m_s = speed_m_s * self.tip_speed_ratio();
+        let hand_m_s = lens_m_s.max(speed_m_s * self.tip_speed_ratio());
         let (bounds, journal) = (&self.bounds, &mut self.journal);
         let mut report = |organ: u32, at_m, found| {
             let (kind, value) = match found {
