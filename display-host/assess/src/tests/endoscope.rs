@@ -83,12 +83,12 @@ fn visible_means_visible() {
     }
 }
 
-/// Sway and score of a drill whose endoscope trembles by this much, rad, at 4 Hz.
-fn drill(tremor_rad: f64) -> [f64; 2] {
+/// Sway and score of a drill whose endoscope trembles by this much, rad, at this frequency, Hz.
+fn drill(tremor_rad: f64, hz: f64) -> [f64; 2] {
     let mut drill = begin(Task::Scope);
-    for step in 0..=800 {
+    for step in 0..=1600 {
         let at_s = f64::from(step) * 0.01;
-        let half = 0.5 * tremor_rad * (at_s * 4.0 * std::f64::consts::TAU).sin();
+        let half = 0.5 * tremor_rad * (at_s * hz * std::f64::consts::TAU).sin();
         let mut look = here([0.0, 0.0, 0.3]);
         look.world_from_camera.orientation = [half.sin() as f32, 0.0, 0.0, half.cos() as f32];
         drill.take(&moved(at_s, look));
@@ -110,10 +110,30 @@ fn drill(tremor_rad: f64) -> [f64; 2] {
 
 #[test]
 fn a_drill_costs_points_for_a_picture_that_sways_and_none_for_the_instrument() {
-    let [still, whole] = drill(0.0);
+    let [still, whole] = drill(0.0, 4.0);
     is(still, 0.0);
     is(whole, 100.0);
-    let [sways, score] = drill(0.025);
+    let [sways, score] = drill(0.025, 4.0);
     assert!((6.0..30.0).contains(&sways), "{sways} mm/s");
     assert!((70.0..100.0 - 1.0).contains(&score), "{score}");
+}
+
+/// A hand trembles by 0.2 mm at most, at 8 to 12 Hz. A lens that turns about its port, as far from
+/// the hand as from the place in the picture, shows 0.2 mm there: 2 mrad, 10 cm before the lens.
+#[test]
+fn tremor_of_a_hand_costs_no_points_in_the_drill() {
+    for hz in [8.0, 10.0, 12.0] {
+        let [sways, score] = drill(0.002, hz);
+        is(sways, 0.0);
+        is(score, 100.0);
+    }
+}
+
+/// A novice's endoscope sways by 6 mm to both sides every 1.2 s: 20 mm/s on the mean, and 31 mm/s
+/// at its fastest. The drill can be done, and the score tells of the sway.
+#[test]
+fn a_drill_with_slow_sway_is_done_and_scored_by_it() {
+    let [sways, score] = drill(0.06, 1.0 / 1.2);
+    assert!((15.0..25.0).contains(&sways), "{sways} mm/s");
+    assert!((78.0..92.0).contains(&score), "{score}");
 }
