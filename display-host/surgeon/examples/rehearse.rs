@@ -30,7 +30,7 @@ const HANGS: &str = "hang+";
 /// Prefix of a task's name that begins with triangle and lower bed cleared.
 const CLEARED: &str = "cleared+";
 /// Period of the progress lines, s.
-const SAY_EVERY_S: f64 = 10.0;
+const SAY_EVERY_S: f64 = 2.0;
 
 /// The scene in this file, or of this patient.
 fn scene_of(word: &str) -> SceneFile {
@@ -111,6 +111,9 @@ fn main() {
                 let metrics = assessment.clone().end().metrics;
                 let of = |metric| metrics.get(metric);
                 let cvs = assessment.clone().end().cvs;
+                if let Some(hold) = status.hold {
+                    println!("         held {:.2}, {:?}", hold.share, hold.lack);
+                }
                 if let Some(cvs) = cvs {
                     println!(
                         "         seen at most: triangle {:.3?} bed {:.3?} two {:.3?}; front {}; behind {}",
@@ -151,6 +154,12 @@ fn main() {
     );
     for lost in &assessed.lost {
         println!("lost {lost:?}");
+    }
+    for metric in Metric::ALL {
+        let value = assessed.metrics.get(metric);
+        if value.is_finite() && value != 0.0 {
+            println!("{} {value:.3}", metric.name());
+        }
     }
     for injury in &assessed.injuries {
         println!("injury {injury:?}");

@@ -2,12 +2,16 @@
 
 use shared_mem::scene::OrganKind;
 
+use crate::plan::Surgeon;
 use crate::vector::{Vec3, wide};
 use crate::work::{LOOK_MAX_S, Work, rotation};
 
 /// Angle from the middle of the picture within which an organ is shown, rad: less than half of
 /// what the endoscope drill allows.
 const MIDDLE_RAD: f64 = 0.12;
+/// Angle within which a novice shows an organ, rad. The picture sways by 0.1 rad, and the drill
+/// allows 0.3.
+const NOVICE_RAD: f64 = 0.24;
 /// Rate of turn per remaining angle, 1/s.
 const TURN_SHARE: f64 = 1.5;
 /// Fastest turn, rad/s.
@@ -21,6 +25,8 @@ const ADVANCE_M_S: f64 = 0.02;
 /// Time for which an organ is held in the middle, s. The drill asks for 1.5 s, and looks five times
 /// a second.
 const HOLD_S: f64 = 2.5;
+/// Time for which a novice holds an organ, s: sway pauses the hold now and then.
+const NOVICE_HOLD_S: f64 = 6.0;
 /// An organ that is not in the middle after this time is left out, s.
 const GIVE_UP_S: f64 = 20.0;
 
@@ -31,6 +37,10 @@ impl Work<'_> {
         let Some(organ) = self.sight.organ(kind) else {
             return Ok(());
         };
+        let (middle_rad, hold_s) = match self.surgeon {
+            Surgeon::Novice => (NOVICE_RAD, NOVICE_HOLD_S),
+            _ => (MIDDLE_RAD, HOLD_S),
+        };
         self.shows = true;
         let mut before_s = self.seen.at_s;
         let mut held_s = 0.0;
@@ -38,18 +48,18 @@ impl Work<'_> {
             let seconds = (work.seen.at_s - before_s).clamp(0.0, LOOK_MAX_S);
             before_s = work.seen.at_s;
             let off_rad = work.turn_to(work.sight.middle(organ, &work.seen.state), seconds);
-            held_s = if off_rad < MIDDLE_RAD {
+            held_s = if off_rad < middle_rad {
                 held_s + seconds
             } else {
                 0.0
             };
-            held_s >= HOLD_S
+            held_s >= hold_s
         });
         self.goes_on()?;
         // What lies in the middle may still be hidden.
         let shown = match shown && self.is_shown(organ) {
             true => Ok(()),
-            false => self.show_beside(organ, HOLD_S),
+            false => self.show_beside(organ, hold_s),
         };
         self.shows = false;
         shown

@@ -134,7 +134,7 @@ impl Surgeon {
                     ]);
                 }
                 if task == Task::Scope {
-                    plan.extend(DRILL_ORGANS.map(Act::Show));
+                    plan.extend([DRILL_ORGANS; ROUNDS].concat().into_iter().map(Act::Show));
                 }
                 if task == Task::Basics {
                     plan.extend(basics());
@@ -270,6 +270,9 @@ fn burning(kind: OrganKind, pedal: u32) -> [Act; 4] {
 
 /// Time in which either current opens any wall that it is held on, s.
 pub(crate) const THROUGH_S: f64 = 20.0;
+/// Number of times that the organs of the endoscope drill are shown. A picture that sways, or few
+/// identity images on a slow machine, may leave a hold uncounted. A trainee sees that in the ring.
+const ROUNDS: usize = 4;
 /// Switch of the coagulation pedal in `HandMsg::switches`.
 pub(crate) const COAGULATE: u32 = Switches::COAGULATE.bits();
 /// Switch of the cutting pedal.
