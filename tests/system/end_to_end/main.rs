@@ -11,6 +11,7 @@ mod documents;
 mod drill;
 mod elsewhere;
 mod failures;
+mod first_hour;
 mod foreign;
 mod foxglove;
 mod hand;

@@ -82,17 +82,18 @@ mod tests {
         let noise = |at_s: f32| 0.0005 * (1234.5 * at_s).sin();
         let tremor = |at_s: f32| 0.0002 * (core::f32::consts::TAU * 9.0 * at_s).sin();
         for every in [1, 4, 10] {
-            assert_eq!(speed_m_s(every, noise), 0.0, "{every}");
-            assert_eq!(speed_m_s(every, tremor), 0.0, "{every}");
+            let most = speed_m_s(every, noise).max(speed_m_s(every, tremor));
+            assert!(most < f32::MIN_POSITIVE, "{most} at {every}");
         }
     }
 
     #[test]
     fn a_lens_that_comes_into_the_body_begins_at_rest() {
         let mut lens = Lens::AWAY;
-        assert_eq!(lens.follow(None), 0.0);
-        assert_eq!(lens.follow(Some(Vec3::new(0.1, 0.0, 0.0))), 0.0);
-        assert_eq!(lens.follow(Some(Vec3::new(f32::NAN, 0.0, 0.0))), 0.0);
+        for place_m in [None, Some(0.1), Some(f32::NAN)] {
+            let speed_m_s = lens.follow(place_m.map(|x_m| Vec3::new(x_m, 0.0, 0.0)));
+            assert!(speed_m_s < f32::MIN_POSITIVE, "{speed_m_s} at {place_m:?}");
+        }
         assert!(lens.follow(Some(Vec3::new(0.1, 0.02, 0.0))) > 0.1);
     }
 }
