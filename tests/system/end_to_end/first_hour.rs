@@ -1,5 +1,5 @@
 //! The first hour: from the first start to the certificate of the first level, in the window, by
-//! mouse and keyboard alone. The scripted expert decides, and mouse and keyboard do what it asks for.
+//! mouse and keyboard alone. The scripted expert decides, and mouse and keyboard do as it asks.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -31,6 +31,9 @@ const NOTCHES_MAX: f64 = 4.0;
 const ROLL_RAD: [f64; 2] = [0.03, 0.3];
 /// Longest wait until the window has passed on what the mouse did.
 const CATCH_UP: Duration = Duration::from_secs(2);
+/// Longest wait until the window has taken the instrument, before the key is pressed again. A key
+/// pressed too early would let go of it.
+const TAKE: Duration = Duration::from_secs(30);
 
 /// A person at the window of an operation.
 struct Person<'a> {
@@ -46,7 +49,7 @@ struct Person<'a> {
     passed: Option<bool>,
 }
 
-/// What must be added to come from `is` to `asked`, in steps of this size, at most this many.
+/// Number of steps of this size from `is` to `asked`, at most this many.
 fn steps(asked: f64, is: f64, step: f64, most: f64) -> i32 {
     ((asked - is) / step).round().clamp(-most, most) as i32
 }
@@ -65,7 +68,7 @@ impl<'a> Person<'a> {
             // The key also lets go, so it is pressed again only if nothing came.
             screen.press(&window, "m");
             let pressed = Instant::now();
-            while first.is_none() && pressed.elapsed() < CATCH_UP {
+            while first.is_none() && pressed.elapsed() < TAKE {
                 first = hand.newest();
                 std::thread::sleep(Duration::from_millis(5));
             }

@@ -9,6 +9,9 @@ use crate::time::TICK_S;
 /// Length of the leash, m: three standard deviations of a noise of 0.3 mm. The metrics of the
 /// assessment bear that noise, too.
 const LEASH_M: f32 = 0.001;
+/// Shortest step of the point, m. After a step the lens is at the end of the leash, and rounding,
+/// 0.1 µm at 1 m, must not count as the next step.
+const STEP_MIN_M: f32 = 1.0e-6;
 /// Longest time between two steps of the point over which a speed is measured, ticks. After a
 /// longer rest, the first step counts as made within this time: a tracker with 10 Hz needs it.
 const STEP_TICKS_MAX: u16 = 100;
@@ -38,11 +41,11 @@ impl Lens {
         };
         let off_m = lens_m - held_m;
         let aoff_m = math::norm(&off_m);
+        let step_m = aoff_m - LEASH_M;
         // A pose that is no number leaves the point where it is.
-        if !(aoff_m > LEASH_M && aoff_m.is_finite()) {
+        if !(step_m > STEP_MIN_M && step_m.is_finite()) {
             return 0.0;
         }
-        let step_m = aoff_m - LEASH_M;
         self.held_m = Some(held_m + off_m * (step_m / aoff_m));
         let seconds = f32::from(core::mem::take(&mut self.ticks)) * TICK_S;
         step_m / seconds
