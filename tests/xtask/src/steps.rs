@@ -216,6 +216,29 @@ pub(crate) fn demo(args: &[String]) -> Result<(), String> {
     step("demo", &words)
 }
 
+/// Measures a centre with many stations and instructors, for this many seconds.
+pub(crate) fn crowd(args: &[String]) -> Result<(), String> {
+    let seconds = args.first().map_or("600", String::as_str);
+    let target =
+        std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| "target".into(), PathBuf::from);
+    let target =
+        std::path::absolute(target).map_err(|error| format!("the target folder: {error}"))?;
+    let wanted = [
+        ("CALOT_SECONDS", seconds.into()),
+        ("CARGO_TARGET_DIR", target),
+    ];
+    let words = ["test", "--locked", "--release", "--manifest-path", CENTRE];
+    let more = [
+        "--test",
+        "centre",
+        "--",
+        "--ignored",
+        "--nocapture",
+        "crowd",
+    ];
+    step_in("crowd", &[&words[..], &more].concat(), &wanted)
+}
+
 /// Measurements of jitter: name, seconds, background load, and the programs to compare with.
 const FIGURES: [(&str, &str, &str, &str); 4] = [
     ("idle", "60", "", LOOPS),

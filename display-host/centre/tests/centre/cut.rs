@@ -72,10 +72,10 @@ fn a_station_that_is_cut_off_comes_back_with_every_alarm() {
     let file = house.file("recording");
     long_recording(&file);
     let cable = Cable::to(&house.centre.stations);
+    let mut page = house.page();
     let told = std::fs::File::create(house.file("told")).expect("a file");
     let mut station = house.rehearse_at(&cable.address, &file, &["s-1"]);
     let _station = Killed(station.stdout(told).spawn().expect("a rehearsal"));
-    let mut page = house.page();
     let mut until = |what: &str, present: usize| {
         wait(what, || {
             page.look();

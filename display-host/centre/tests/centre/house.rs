@@ -76,10 +76,10 @@ pub(crate) fn recording(file: &Path) {
     std::fs::write(file, bytes).expect("written");
 }
 
-/// A recording of an hour with an alarm in each of the first 30 s, without pictures.
+/// A recording of an hour with 30 alarms in its first minute, without pictures.
 pub(crate) fn long_recording(file: &Path) {
     let states = (0..7200).flat_map(|half| {
-        let state = state(half, (half / 2).min(30));
+        let state = state(half, (half / 4).min(30));
         frame(b's', state.to_string().as_bytes())
     });
     std::fs::write(file, states.collect::<Vec<u8>>()).expect("written");

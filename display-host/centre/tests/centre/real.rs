@@ -48,7 +48,8 @@ fn a_real_station_is_seen_takes_a_remark_and_leaves_its_result() {
     let state = wait("the station runs", || {
         page.look();
         let state = &page.stations.get("theatre-1")?["state"];
-        (state["running"] == true && !state["task"].is_null()).then(|| state.clone())
+        (state["running"] == true && !state["task"].is_null() && !state["realtime"].is_null())
+            .then(|| state.clone())
     });
     assert_eq!(
         (&state["trainee"], &state["task"]["name"]),
