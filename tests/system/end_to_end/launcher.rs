@@ -60,7 +60,7 @@ pub(crate) fn only_folder(of: &Path) -> Option<PathBuf> {
     Some(std::fs::read_dir(of).ok()?.next()?.ok()?.path())
 }
 
-pub(crate) fn text(path: &Path) -> &str {
+fn text(path: &Path) -> &str {
     path.to_str().expect("a path in UTF-8")
 }
 

@@ -11,7 +11,6 @@ mod documents;
 mod drill;
 mod elsewhere;
 mod failures;
-mod first_hour;
 mod foreign;
 mod foxglove;
 mod hand;

@@ -125,11 +125,6 @@ impl VirtualScreen {
         self.tool(&[verb, &button.to_string()]);
     }
 
-    /// Presses or releases a key, by its X name, in the window that has the focus.
-    pub fn hold_key(&self, key: &str, down: bool) {
-        self.tool(&[if down { "keydown" } else { "keyup" }, key]);
-    }
-
     /// Turns the mouse wheel by one notch, away from the user or towards them.
     pub fn turn_wheel(&self, away: bool) {
         self.tool(&["click", if away { "4" } else { "5" }]);
