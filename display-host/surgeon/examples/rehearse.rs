@@ -30,7 +30,7 @@ const HANGS: &str = "hang+";
 /// Prefix of a task's name that begins with triangle and lower bed cleared.
 const CLEARED: &str = "cleared+";
 /// Period of the progress lines, s.
-const SAY_EVERY_S: f64 = 2.0;
+const SAY_EVERY_S: f64 = 10.0;
 
 /// The scene in this file, or of this patient.
 fn scene_of(word: &str) -> SceneFile {

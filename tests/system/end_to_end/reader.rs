@@ -41,6 +41,7 @@ fn a_screen_reader_leads_from_the_start_to_the_debrief() {
         .args(["--store", text(&store), "--sessions", text(&sessions)])
         .args(["--scene", "built-in", "--language", "en", "--"])
         .args(["--no-realtime", "--mute", "--size", "640x480"])
+        .env("XDG_CONFIG_HOME", folder.path())
         .env("DISPLAY", &screen.display)
         .env("DBUS_SESSION_BUS_ADDRESS", &reader.bus)
         .env_remove("WAYLAND_DISPLAY");
@@ -53,7 +54,9 @@ fn a_screen_reader_leads_from_the_start_to_the_debrief() {
     wait_until("some work", || bytes() > Some(WORKED_BYTES));
     // The operation's own window: its settings pause the task, and its button ends it.
     reader.work_until("Settings", || reader.shows("Back (Esc)"));
-    reader.work("125 %");
+    let kept = folder.path().join("calot/settings.toml");
+    let kept = || std::fs::read_to_string(&kept).unwrap_or_default();
+    reader.work_until("125 %", || kept().contains("text_percent = 125"));
     reader.work_until("Back (Esc)", || !reader.shows("Back (Esc)"));
     reader.work_until("Quit (Esc)", || is_shown(&screen, "Calot: Debrief"));
     let out = only_folder(&sessions).expect("the session's folder");
