@@ -67,13 +67,18 @@ fn devices_are_read_force_is_sent_and_an_unplugged_one_is_used_again() {
     assert!(in_next_tick * 2 > fresh, "{in_next_tick} of {fresh}");
 
     // The device echoes the forces. By its clock, which is this computer's, hand to force takes
-    // longer than motion to force: it includes the way over the line and through the device.
+    // longer than motion to force: it includes the way over the line and through the device. A tick
+    // that is interrupted between writing the force and reading the clock ends after the device got
+    // the force. That is rare.
     let echoed: Vec<_> = records.iter().filter(|r| r.echoed_ns > 0).collect();
     assert!(echoed.len() * 4 > fresh, "{} of {fresh}", echoed.len());
-    for record in echoed {
-        let [device_ns, host_ns] = [record.hand_to_force_ns, record.echoed_ns];
-        assert!(device_ns + 1000 > host_ns, "{device_ns} {host_ns}");
-    }
+    let is_longer = |r: &&&TickRecord| r.hand_to_force_ns + 1000 > r.echoed_ns;
+    let longer = echoed.iter().filter(is_longer).count();
+    assert!(
+        longer * 10 > echoed.len() * 9,
+        "{longer} of {}",
+        echoed.len()
+    );
 
     // Unplugged: the devices are lost, the force is zero, and the tick goes on.
     devices.unplug();
