@@ -3,6 +3,7 @@
 use clap::{Parser, Subcommand};
 
 use crate::bare_loop::BareLoopArgs;
+use crate::centre::CentreArgs;
 use crate::check::CheckArgs;
 use crate::devices::args::DevicesArgs;
 use crate::emulate::args::EmulateArgs;
@@ -22,6 +23,7 @@ use crate::run::args::RunArgs;
 use crate::schema::SchemaArgs;
 use crate::start::args::StartArgs;
 use crate::store::args::StoreArgs;
+use crate::tell::TellArgs;
 
 /// Calot: a hard-realtime haptic trainer for transvaginal cholecystectomy.
 ///
@@ -74,8 +76,13 @@ pub(crate) enum Command {
     Igtlink(IgtlinkArgs),
     /// Shows a station on other computers, with certificates on both sides
     Link(LinkArgs),
+    /// Serves a page for the instructors of many stations; `calot centre --help` lists its commands
+    Centre(CentreArgs),
     /// Prints the schemas of the JSON that the other commands write
     Schema(SchemaArgs),
+    /// Writes what a centre hears of a station to standard output, for `calot-centre`
+    #[command(hide = true)]
+    Tell(TellArgs),
     /// Runs one of the loads of `jitter`
     #[command(hide = true)]
     Load(LoadArgs),

@@ -3,6 +3,7 @@
 mod args;
 mod bare_loop;
 mod build;
+mod centre;
 mod check;
 mod children;
 mod cli;
@@ -39,6 +40,7 @@ mod stop;
 mod store;
 mod surgeon;
 mod task;
+mod tell;
 
 use std::process::ExitCode;
 
@@ -74,6 +76,8 @@ fn main() -> ExitCode {
         cli::Command::Devices(args) => devices::run(&args),
         cli::Command::Igtlink(args) => igtlink::run(&args),
         cli::Command::Link(args) => link::run(&args),
+        cli::Command::Centre(args) => centre::run(&args),
+        cli::Command::Tell(args) => tell::run(&args),
         cli::Command::Jitter(args) => jitter::run(&args),
         cli::Command::Photon(args) => photon::run(&args),
         cli::Command::Schema(args) => schema::run(&args),

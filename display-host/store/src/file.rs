@@ -7,7 +7,7 @@ use rusqlite::{Connection, Transaction};
 use crate::error::StoreError;
 use crate::names::check_name;
 use crate::schema::{
-    APPLICATION, FOURTH, FROM_FIRST, OLDEST_VERSION, SCHEMA_VERSION, SECOND, TABLES, THIRD,
+    APPLICATION, FIFTH, FOURTH, FROM_FIRST, OLDEST_VERSION, SCHEMA_VERSION, SECOND, TABLES, THIRD,
 };
 
 /// Makes the tables of an empty file, or brings those of an older version to this one. Refuses
@@ -35,7 +35,10 @@ pub(crate) fn make_or_migrate(making: &Transaction<'_>, path: &Path) -> Result<(
     if found < 3 {
         making.execute_batch(THIRD).map_err(sqlite)?;
     }
-    making.execute_batch(FOURTH).map_err(sqlite)?;
+    if found < 4 {
+        making.execute_batch(FOURTH).map_err(sqlite)?;
+    }
+    making.execute_batch(FIFTH).map_err(sqlite)?;
     making
         .pragma_update(None, "user_version", SCHEMA_VERSION)
         .map_err(sqlite)

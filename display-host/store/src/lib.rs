@@ -16,7 +16,7 @@
 //!
 //! ```text
 //! schema ◄ file ◄ open ◄ trainees ◄ told, sessions ◄ merge   what is kept
-//! withdrawal ◄ forgotten ◄──┘    └── outbox              what goes to a centre, and leaves it
+//! withdrawal ◄ forgotten ◄──┘    └── outbox ◄ inbox      what goes to a centre, and leaves it
 //! names  ◄──┘       └── questionnaire, form ◄ sheet      what is asked
 //!                       export, table                    JSON, CSV
 //! ```
@@ -26,6 +26,7 @@ mod export;
 mod file;
 mod forgotten;
 mod form;
+mod inbox;
 mod merge;
 mod names;
 mod open;

@@ -12,7 +12,8 @@ use crate::told::{TOLD, Told, told_of};
 use crate::withdrawal::{number_of, person_id, respell};
 
 /// State of a session on its way to a centre.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Delivery {
     /// It is at the centre.
     There,
@@ -38,7 +39,7 @@ impl Delivery {
 }
 
 /// A session that has to be sent, with its trainee and sheets.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Outgoing {
     /// Id of the trainee at centres.
     pub person: String,

@@ -9,6 +9,7 @@
 //! | `point` | an item of such a sheet; `value` is within the scale of the sheet |
 //! | `forgotten_trainee` | the mark of a name that was forgotten |
 //! | `forgotten_session` | the mark of one of their sessions |
+//! | `forgotten_person` | a person whom a station asked this store, as a centre's, to forget |
 //! | `setting` | a setting of the store by name; `site`: name of the station's site |
 //! | `destination` | a centre to which results go |
 //! | `delivery` | a note on a session and a centre; a session without a note has to be sent |
@@ -26,6 +27,7 @@
 //! - `rating`: `rater` is the name that the rater chose; empty: not told. `blinded` is 1 if the
 //!   rater did not know who operated.
 //! - `forgotten_trainee`: no name can be read from it, but whoever has the file can test a guess.
+//! - `forgotten_person`: `person` is a UUID of version 5, as in `withdrawal`.
 //! - `destination`: `address` has no password. The empty address stands for centres that are named
 //!   later; they take over its rows of `withdrawal`, which stay.
 //! - `delivery`: `state` is `there`, `differs` (the centre holds another session of this id, which
@@ -38,7 +40,7 @@
 //! version becomes one of this version when a command writes to it; reading leaves it as it is.
 
 /// Version of the tables.
-pub const SCHEMA_VERSION: i64 = 4;
+pub const SCHEMA_VERSION: i64 = 5;
 /// Oldest version that this program reads.
 pub(crate) const OLDEST_VERSION: i64 = 1;
 /// SQLite's application id, "Calo" in ASCII. It marks the file as a store of Calot.
@@ -173,4 +175,12 @@ WHEN OLD.cohort <> NEW.cohort OR OLD.consent <> NEW.consent
     DELETE FROM delivery WHERE state = 'there'
         AND session IN (SELECT id FROM session WHERE trainee = NEW.id);
 END;
+";
+
+/// SQL that adds what version 5 has beyond version 4.
+pub(crate) const FIFTH: &str = "
+CREATE TABLE forgotten_person (
+    person TEXT PRIMARY KEY NOT NULL,   -- UUID of version 5
+    at_unix_s INTEGER NOT NULL          -- sessions from then on are taken
+) STRICT;
 ";

@@ -10,7 +10,7 @@ use crate::names::{check_name, shown};
 use crate::open::Store;
 
 /// Hand that worked a session.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Hand {
     /// A person.
@@ -32,7 +32,7 @@ impl Hand {
 }
 
 /// Circumstances in which a session was worked, as its run's `summary.json` names them.
-#[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Circumstances {
     /// True if the controller had realtime privileges throughout; `None`: unknown.
     pub realtime: Option<bool>,
@@ -47,7 +47,7 @@ pub struct Circumstances {
 }
 
 /// Result of a session.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SessionRecord {
     /// UUID of version 7.
     pub id: String,

@@ -24,7 +24,7 @@ pub const GOALS: [(&str, &str); 5] = [
 ];
 
 /// A sheet that a rater filled.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Rating {
     /// Id of the session.
     pub session: String,

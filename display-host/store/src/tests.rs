@@ -1,6 +1,7 @@
 //! Tests of the whole store.
 
 mod forgotten;
+mod inbox;
 mod migration;
 mod names;
 mod outbox;

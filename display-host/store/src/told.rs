@@ -10,7 +10,7 @@ pub(crate) const TOLD: &str = "cohort, cohort_unix_s, consent, consent_unix_s";
 
 /// Cohort and consent of a person, each with the time of its telling, s since 1970. `None`: nobody
 /// told it, or an earlier version of the program was told.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Told {
     /// Cohort; empty: not told, or taken back.
     pub cohort: String,

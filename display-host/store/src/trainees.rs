@@ -10,7 +10,7 @@ use crate::open::Store;
 use crate::withdrawal::person_id;
 
 /// A trainee's consent to a study.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Consent {
     /// The person consented.

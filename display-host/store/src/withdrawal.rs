@@ -26,7 +26,7 @@ pub fn person_id(name: &str) -> String {
 }
 
 /// A person whom a centre has to forget.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Withdrawal {
     /// Id of the person at centres.
     pub person: String,

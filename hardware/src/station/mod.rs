@@ -47,6 +47,10 @@
 //! [[landmarks]]                       # three or more places to touch for `calibrate`
 //! name = "left rim"
 //! position_m = [0.1, 0.0, 0.0]
+//!
+//! [centre]                            # of many stations; `calot run` tells it of this one
+//! address = "10.0.0.2:7448"
+//! keys = "/etc/calot/keys"            # left out: calot/centre-keys in ~/.config
 //! ```
 //!
 //! Every section may be left out. A wrong key, type or range is an error that names the line.
@@ -89,6 +93,17 @@ pub struct StationFile {
     pub trocar: TrocarChoice,
     /// Places of the station that the devices can touch, for calibration.
     pub landmarks: Vec<Landmark>,
+    /// The centre that hears of this station.
+    pub centre: Option<CentreSpec>,
+}
+
+/// A centre of many stations.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CentreSpec {
+    /// Host and port.
+    pub address: String,
+    /// Folder of the station's keys; `None`: that of the user's settings.
+    pub keys: Option<PathBuf>,
 }
 
 /// A place of the station with a known position.

@@ -362,7 +362,7 @@ impl Known {
         for word in words {
             if let Some(flag) = word.strip_prefix("--") {
                 let flag = flag.split('=').next().unwrap_or(flag);
-                if !flag.is_empty() && !mentions(&help, flag) {
+                if !flag.is_empty() && flag != "help" && !mentions(&help, flag) {
                     return Err(format!("no --{flag}"));
                 }
             } else if is_subcommand(&help, word) {

@@ -41,6 +41,7 @@ const PACKAGES: &[Layer] = &[
     layer("system-tests", &[]),
     layer("xtask", &[]),
     layer("tidy", &[]),
+    layer("centre", &["store"]),
     tested("deliver", &["store"], &["system-tests"]),
     layer("hardware", &["rt-core"]),
     layer("link", &["shared-mem"]),
@@ -269,7 +270,7 @@ struct Package {
     table: toml::Table,
 }
 
-/// The workspace's packages by name.
+/// The packages of the workspace, and of those beside it that it names, by name.
 fn packages() -> BTreeMap<String, Package> {
     let manifests = tracked("Cargo.toml");
     let parse = |file: &Tracked| -> toml::Table {
@@ -279,10 +280,12 @@ fn packages() -> BTreeMap<String, Package> {
     };
     let root = manifests.iter().find(|it| it.path == "Cargo.toml");
     let root = parse(root.expect("the workspace has a manifest"));
-    let members: Vec<String> = root["workspace"]["members"]
-        .as_array()
-        .expect("members are a list")
-        .iter()
+    let listed = |key: &str| {
+        let list = root["workspace"][key].as_array();
+        list.expect("a list of paths").iter()
+    };
+    let members: Vec<String> = listed("members")
+        .chain(listed("exclude"))
         .map(|it| it.as_str().expect("a member is a path").to_owned())
         .collect();
     let mut packages = BTreeMap::new();

@@ -17,17 +17,19 @@ const WRAPPER: &str = "RUSTC_WORKSPACE_WRAPPER";
 /// separator.
 const CLIPPY: (&str, &str) = ("CLIPPY_ARGS", "-Dwarnings__CLIPPY_HACKERY__");
 
-/// Environment that makes cargo compile through a copy of this program.
-pub(crate) fn environment() -> io::Result<[(&'static str, PathBuf); 2]> {
-    let target =
-        std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| "target".into(), PathBuf::from);
-    let folder = std::path::absolute(target)?.join("checked");
+/// Environment that makes cargo compile through a copy of this program, in one target folder for
+/// all workspaces.
+pub(crate) fn environment() -> io::Result<[(&'static str, PathBuf); 3]> {
+    const TARGET: &str = "CARGO_TARGET_DIR";
+    let target = std::env::var_os(TARGET).map_or_else(|| "target".into(), PathBuf::from);
+    let target = std::path::absolute(target)?;
+    let folder = target.join("checked");
     std::fs::create_dir_all(&folder)?;
     // Cargo may build this program's own file again while it runs, so a copy of it is used as the
     // compiler.
     let compiler = folder.join("compiler");
     std::fs::copy(std::env::current_exe()?, &compiler)?;
-    Ok([(FOLDER, folder), (WRAPPER, compiler)])
+    Ok([(FOLDER, folder), (WRAPPER, compiler), (TARGET, target)])
 }
 
 /// Compiles if cargo started this program for that, and returns the outcome. `args` are the

@@ -37,6 +37,9 @@ cargo xtask COMMAND
                  soak     600 s beside `--load display`
                  watched  five times 30 s with remote watchers and 30 s without, both beside
                           `--load cpu,memory`
+  crowd [SECONDS]
+               build a centre, and show it fifty stations and five instructors, with stations killed,
+               cut off and returning, for 600 s or SECONDS: delay and loss of alarms, pictures, load
   gpu [--built] [--short]
                build, and measure drawing, skinning, reading back and the collision kernel on this
                machine's graphics card (or software driver) into target/gpu/gpu.json. --built runs
@@ -75,6 +78,7 @@ fn main() -> ExitCode {
         }
         ("hands", args) => packages::set_up(false).and_then(|()| steps::hands(args)),
         ("jitter", args) => packages::set_up(false).and_then(|()| steps::jitter(args)),
+        ("crowd", args) => steps::crowd(args),
         ("gpu", args) => gpu::measure(args),
         ("test", []) => packages::set_up(true).and_then(|()| steps::test()),
         ("setup", []) => packages::set_up(true),

@@ -28,8 +28,11 @@ const FIRMWARE: &[&str] = &[
 /// A target without an operating system: Cortex-M4F and M7F, as on a Teensy or an STM32.
 const BOARD: &str = "thumbv7em-none-eabihf";
 
+/// The workspace of the centre's program.
+const CENTRE: &str = "display-host/centre/Cargo.toml";
+
 /// Steps that every `cargo xtask test` runs. `test_in` adds two that need a further target or tool.
-const TESTS: [Step; 6] = [
+const TESTS: [Step; 9] = [
     Step {
         name: "format",
         args: &["fmt", "--all", "--check"],
@@ -54,6 +57,19 @@ const TESTS: [Step; 6] = [
         is_checked: true,
         is_timed: false,
     },
+    // A workspace of its own. `calot centre` needs its program in the tests below.
+    Step {
+        name: "format of the centre",
+        args: &["fmt", "--check", "--manifest-path", CENTRE],
+        is_checked: false,
+        is_timed: false,
+    },
+    Step {
+        name: "build of the centre",
+        args: &["test", "--locked", "--manifest-path", CENTRE, "--no-run"],
+        is_checked: true,
+        is_timed: false,
+    },
     // Benches run once each. `--no-fail-fast`: the run goes on after a failure, and shows all
     // failures.
     Step {
@@ -73,6 +89,19 @@ const TESTS: [Step; 6] = [
         args: &["test", "--locked", "--workspace", "--doc"],
         is_checked: true,
         is_timed: false,
+    },
+    // Its tests start `calot`, which the steps above built.
+    Step {
+        name: "tests of the centre",
+        args: &[
+            "test",
+            "--locked",
+            "--manifest-path",
+            CENTRE,
+            "--no-fail-fast",
+        ],
+        is_checked: true,
+        is_timed: true,
     },
     // Optimised code must give identical bits, so the golden replays run again in release.
     Step {
@@ -160,10 +189,11 @@ pub(crate) fn install_and_deny() -> Result<(), String> {
 /// Checks licences, bans and sources. Advisories are left out, because they need a database from
 /// the network.
 fn deny() -> Result<(), String> {
-    step(
-        "licences and sources",
-        &["deny", "--offline", "check", "bans", "licenses", "sources"],
-    )
+    let checks = ["check", "bans", "licenses", "sources"];
+    let deny = ["deny", "--offline"];
+    step("licences and sources", &[&deny[..], &checks].concat())?;
+    let centre = [&deny[..], &["--manifest-path", CENTRE], &checks];
+    step("licences and sources of the centre", &centre.concat())
 }
 
 pub(crate) fn demo(args: &[String]) -> Result<(), String> {
@@ -184,6 +214,29 @@ pub(crate) fn demo(args: &[String]) -> Result<(), String> {
     ]);
     words.extend(args.iter().map(String::as_str));
     step("demo", &words)
+}
+
+/// Measures a centre with many stations and instructors, for this many seconds.
+pub(crate) fn crowd(args: &[String]) -> Result<(), String> {
+    let seconds = args.first().map_or("600", String::as_str);
+    let target =
+        std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| "target".into(), PathBuf::from);
+    let target =
+        std::path::absolute(target).map_err(|error| format!("the target folder: {error}"))?;
+    let wanted = [
+        ("CALOT_SECONDS", seconds.into()),
+        ("CARGO_TARGET_DIR", target),
+    ];
+    let words = ["test", "--locked", "--release", "--manifest-path", CENTRE];
+    let more = [
+        "--test",
+        "centre",
+        "--",
+        "--ignored",
+        "--nocapture",
+        "crowd",
+    ];
+    step_in("crowd", &[&words[..], &more].concat(), &wanted)
 }
 
 /// Measurements of jitter: name, seconds, background load, and the programs to compare with.

@@ -16,6 +16,7 @@ mod recording;
 mod replay;
 mod screens;
 mod sketch;
+mod spoken;
 mod station;
 mod task;
 mod theme;
@@ -32,6 +33,7 @@ pub use panel::ui;
 pub use recording::RecordingView;
 pub use replay::ReplayView;
 pub use screens::{Look, Settings};
+pub use spoken::Spoken;
 pub use task::{TaskEnd, TaskNote, TaskView};
 
 use crate::render::timing::PassTimes;

@@ -78,6 +78,20 @@ pub(super) fn alarm(words: &Words, alarm: &TaskNote) -> String {
     words.say_with(&id, &[("organ", organ)])
 }
 
+/// Outcome of a task, with its reasons.
+pub(super) fn outcome(words: &Words, end: &TaskEnd) -> String {
+    let outcome = words.say(&format!("outcome-{}", end.outcome));
+    if end.reasons.is_empty() {
+        return outcome;
+    }
+    let reasons: Vec<_> = end.reasons.iter().map(|it| words.reason(it)).collect();
+    let reasons = reasons.join("; ").into();
+    words.say_with(
+        "task-end",
+        &[("outcome", outcome.into()), ("reasons", reasons)],
+    )
+}
+
 pub(super) fn show(ui: &mut Ui, words: &Words, task: &TaskView) {
     ui.label(RichText::new(title(words, task)).strong());
     ui.label(RichText::new(time(words, task)).monospace());
@@ -87,17 +101,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, task: &TaskView) {
     }
     if let Some(end) = &task.end {
         let mark = if end.passed { Mark::Good } else { Mark::Bad };
-        let outcome = words.say(&format!("outcome-{}", end.outcome));
-        let text = match end.reasons.is_empty() {
-            true => outcome,
-            false => {
-                let reasons: Vec<_> = end.reasons.iter().map(|it| words.reason(it)).collect();
-                let reasons = reasons.join("; ").into();
-                let values = [("outcome", outcome.into()), ("reasons", reasons)];
-                words.say_with("task-end", &values)
-            }
-        };
-        line(ui, mark, &text);
+        line(ui, mark, &outcome(words, end));
     }
     for (step, done) in &task.steps {
         let (mark, id) = match done {

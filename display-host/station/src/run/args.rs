@@ -25,6 +25,7 @@ Examples:
   calot run --headless --seconds 10 --out out    pictures, summary.json, report.html
   calot run --scene tests/assets/hra-female.toml --meshes DIR
   calot run --task clamp --difficulty beginner   a task, assessed while it runs
+  calot run --task clamp --centre 10.0.0.2:7448  the same, shown at a centre (calot centre --help)
   calot run --attach                             show a station that is already running")]
 pub(crate) struct RunArgs {
     #[command(flatten)]
@@ -78,6 +79,8 @@ pub(crate) struct RunArgs {
     #[command(flatten)]
     pub(crate) task: TaskArgs,
     #[command(flatten)]
+    pub(crate) centre: CentreEntry,
+    #[command(flatten)]
     pub(crate) gamepad: GamepadArgs,
     /// Start no processes; show the running station named by --station
     #[arg(long)]
@@ -87,6 +90,19 @@ pub(crate) struct RunArgs {
     pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) controller: ControllerArgs,
+}
+
+/// A centre that hears of this station.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct CentreEntry {
+    /// Tell this centre of the station: presence, task, score, alarms, pictures, results [default:
+    /// that of the station file]
+    #[arg(long, value_name = "HOST:PORT", conflicts_with = "attach")]
+    pub(crate) centre: Option<String>,
+    /// Folder with NAME.pem, NAME.key and ca.pem; NAME is the station's name at the centre
+    /// [default: that of the station file, or calot/centre-keys in $XDG_CONFIG_HOME or ~/.config]
+    #[arg(long, value_name = "DIR", conflicts_with = "attach")]
+    pub(crate) centre_keys: Option<PathBuf>,
 }
 
 impl RunArgs {

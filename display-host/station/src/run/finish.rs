@@ -40,6 +40,9 @@ impl Shown<'_> {
             && summary.recording.as_ref().is_none_or(is_recorded);
         whole &= self.keep(&mut summary);
         whole &= self.write(&summary)?;
+        if let Some(told) = self.told.take() {
+            told.end();
+        }
         if self.args.json {
             document::SUMMARY.answer(&summary)?;
         }

@@ -13,6 +13,7 @@ use super::args::{RunArgs, session_path};
 use super::free_space;
 use super::player::Player;
 use crate::args::DeviceArgs;
+use crate::centre::Centre;
 use crate::folder::Folder;
 use crate::output::{self, Format};
 use crate::problem::Problem;
@@ -34,6 +35,8 @@ pub(super) struct Planned<'a> {
     pub(super) folder: Folder,
     /// File of the compiled scene.
     pub(super) scene: PathBuf,
+    /// The centre that hears of this station, if there is one.
+    pub(super) centre: Option<Centre>,
 }
 
 impl<'a> Planned<'a> {
@@ -44,6 +47,7 @@ impl<'a> Planned<'a> {
         let stop = stop::flag()?;
         let station = Station::new(&args.station)?;
         let player = Player::of(args)?;
+        let centre = Centre::of(args)?;
         let assigned = Assigned::read(&args.task, player.is_scripted())?;
         let out = results(args, assigned.as_ref())?;
         if let Some(path) = &args.record {
@@ -77,6 +81,7 @@ impl<'a> Planned<'a> {
             out,
             folder,
             scene,
+            centre,
         })
     }
 }

@@ -14,6 +14,7 @@ use shared_mem::scene::SceneFile;
 
 use super::args::RunArgs;
 use super::start::Started;
+use crate::centre::Told;
 use crate::folder::Folder;
 use crate::problem::Problem;
 use crate::say;
@@ -48,6 +49,8 @@ pub(super) struct Shown<'a> {
     pub(super) assessed: Option<task::Ended>,
     /// Devices that the controller opened.
     pub(super) devices: Vec<DeviceSummary>,
+    /// Tells a centre of this station, until its results are in the store.
+    pub(super) told: Option<Told>,
 }
 
 impl<'a> Started<'a> {
@@ -83,6 +86,7 @@ impl<'a> Started<'a> {
             recorded: recorded.flatten(),
             assessed: assessed.flatten(),
             devices: self.devices,
+            told: self.told,
         })
     }
 

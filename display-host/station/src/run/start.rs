@@ -16,6 +16,7 @@ use super::plan::Planned;
 use super::processes::{self, Running};
 use super::watch::Watch;
 use crate::build::build;
+use crate::centre::{Centre, Told};
 use crate::folder::Folder;
 use crate::problem::Problem;
 use crate::surgeon::AtWork;
@@ -44,6 +45,8 @@ pub(super) struct Started<'a> {
     /// Devices that the controller opened.
     pub(super) devices: Vec<DeviceSummary>,
     pub(super) surgeon: Option<AtWork>,
+    /// Tells a centre of this station.
+    pub(super) told: Option<Told>,
 }
 
 impl<'a> Planned<'a> {
@@ -57,6 +60,7 @@ impl<'a> Planned<'a> {
             out,
             folder,
             scene,
+            centre,
         } = self;
         let listening = match session_path(args, out.as_deref()) {
             // The recorder must be ready before the controller: replay needs the first tick.
@@ -137,6 +141,7 @@ impl<'a> Planned<'a> {
             warnings,
             devices,
             surgeon,
+            told: centre.map(Centre::tell).transpose()?,
         })
     }
 }

@@ -154,13 +154,28 @@ fn two_spellings_of_a_name_stay_two_trainees() {
 }
 
 #[test]
+fn a_store_of_version_4_becomes_one_of_this_version_and_loses_nothing() {
+    let (_folder, path) = folder();
+    let ids = first(&path, true);
+    let made = tables(&path);
+    let old = Connection::open(&path).unwrap();
+    old.execute_batch("DROP TABLE forgotten_person; PRAGMA user_version = 4;")
+        .unwrap();
+    drop(old);
+    check(&Store::read(&path).unwrap(), &ids, true);
+    check(&Store::open(&path).unwrap(), &ids, true);
+    assert_eq!(tables(&path), made);
+}
+
+#[test]
 fn a_store_of_version_3_becomes_one_of_this_version_and_loses_nothing() {
     let (_folder, path) = folder();
     let ids = first(&path, true);
     let made = tables(&path);
     let old = Connection::open(&path).unwrap();
     old.execute_batch(
-        "DROP TRIGGER enrolled; ALTER TABLE trainee DROP COLUMN cohort_unix_s;
+        "DROP TABLE forgotten_person;
+         DROP TRIGGER enrolled; ALTER TABLE trainee DROP COLUMN cohort_unix_s;
          ALTER TABLE trainee DROP COLUMN consent_unix_s;
          CREATE TRIGGER enrolled AFTER UPDATE OF cohort, consent ON trainee BEGIN
              DELETE FROM delivery WHERE state = 'there';
@@ -181,7 +196,7 @@ fn a_store_of_version_2_becomes_one_of_this_version_and_loses_nothing() {
     let made = tables(&path);
     let old = Connection::open(&path).unwrap();
     old.execute_batch(
-        "DROP TRIGGER rated; DROP TRIGGER enrolled; DROP TABLE withdrawal; DROP TABLE delivery; DROP TABLE destination; ALTER TABLE trainee DROP COLUMN cohort_unix_s; ALTER TABLE trainee DROP COLUMN consent_unix_s; PRAGMA user_version = 2;",
+        "DROP TRIGGER rated; DROP TRIGGER enrolled; DROP TABLE withdrawal; DROP TABLE delivery; DROP TABLE destination; DROP TABLE forgotten_person; ALTER TABLE trainee DROP COLUMN cohort_unix_s; ALTER TABLE trainee DROP COLUMN consent_unix_s; PRAGMA user_version = 2;",
     )
     .unwrap();
     drop(old);

@@ -1,5 +1,6 @@
 //! The station file as written, and its checks.
 
+mod centre;
 mod haptic;
 mod pedal;
 mod places;
@@ -8,6 +9,7 @@ mod tracker;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
+use centre::RawCentre;
 use haptic::RawHaptic;
 use pedal::{RawHandleButtons, RawPedal};
 use places::{RawFrames, RawLandmark, RawPorts, RawTrocar};
@@ -30,6 +32,7 @@ struct Raw {
     frames: Option<RawFrames>,
     #[serde(default)]
     landmarks: Vec<RawLandmark>,
+    centre: Option<RawCentre>,
 }
 
 /// Text and path of the file, for errors.
@@ -96,6 +99,7 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<StationFile, HardwareErro
         endoscope_port_m: port("ports.endoscope_m", endoscope)?,
         trocar: RawTrocar::choice(trocar),
         landmarks: file.landmarks(raw.landmarks)?,
+        centre: raw.centre.map(|centre| file.centre(centre)).transpose()?,
     })
 }
 
