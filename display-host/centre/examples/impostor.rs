@@ -22,9 +22,15 @@ async fn speak() {
     let session = network::join(address, &keys).await.expect("the centre");
     // A session hears itself, so another one listens.
     let listening = network::join(address, &keys).await.expect("the centre");
-    let heard = |sample: zenoh::sample::Sample| println!("heard {}", sample.key_expr());
-    let everything = listening.declare_subscriber("calot/**").callback(heard);
-    everything.background().await.expect("a subscriber");
+    for names in ["*", other, &keys.name] {
+        let heard = |sample: zenoh::sample::Sample| println!("heard {}", sample.key_expr());
+        let names = listening.declare_subscriber(format!("calot/{names}/**"));
+        names
+            .callback(heard)
+            .background()
+            .await
+            .expect("a subscriber");
+    }
     let token = session.liveliness();
     let token = token.declare_token(Topic::Presence.of(other));
     let _token = token.await.expect("a token");

@@ -107,6 +107,7 @@ fn a_login_that_ends_and_a_name_that_goes_end_the_live_line() {
         second.look();
         second.is_over.then_some(())
     });
-    let looked = house.centre.logged("looked");
-    assert_eq!(looked.len(), 2, "{looked:?}");
+    wait("both looks are in the log", || {
+        (house.centre.logged("looked").len() == 2).then_some(())
+    });
 }

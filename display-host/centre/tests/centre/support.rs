@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use serde_json::Value;
 
 /// Time after which a test gives up waiting. It is generous because it is no performance limit.
-const PATIENCE: Duration = Duration::from_secs(180);
+const PATIENCE: Duration = Duration::from_secs(400);
 
 /// Password of the instructor 'bo'.
 pub(crate) const PASSWORD: &str = "correct horse";
