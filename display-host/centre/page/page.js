@@ -27,15 +27,14 @@ function tileOf(name) {
   tile.parts = {};
   button.append(tile.picture);
   const text = make("div", null, "text");
-  for (const part of ["name", "trainee", "task", "step"]) {
-    tile.parts[part] = make("span", null, part);
-    text.append(tile.parts[part]);
+  const [head, marks] = [make("div", null, "head"), make("div", null, "marks")];
+  for (const [place, parts] of [[head, ["name", "health"]], [text, ["trainee", "task", "step"]], [marks, ["score", "alarms"]]]) {
+    for (const part of parts) {
+      tile.parts[part] = make("span", null, part);
+      place.append(tile.parts[part]);
+    }
   }
-  const marks = make("div", null, "marks");
-  for (const part of ["score", "alarms", "health"]) {
-    tile.parts[part] = make("span", null, part);
-    marks.append(tile.parts[part]);
-  }
+  text.prepend(head);
   button.append(text, marks);
   button.addEventListener("click", () => enlarge(name));
   tile.parts.name.textContent = name;

@@ -187,7 +187,7 @@ mod tests {
         let of = |address: &str, keys| Ok(Some((String::from(address), keys)));
         assert_eq!(asked(&from_file), of("a:1", keys.clone()));
         let both = [&from_file[..], &["--centre", "b:2"]].concat();
-        assert_eq!(asked(&both), of("b:2", keys.clone()));
+        assert_eq!(asked(&both), of("b:2", keys));
         let named = ["--centre", "b:2", "--centre-keys", &words(folder.path())];
         assert_eq!(asked(&named), of("b:2", folder.path().into()));
         let attached = [&from_file[..], &["--attach"]].concat();

@@ -38,7 +38,9 @@ fn a_page_shows_stations_alarms_and_results_in_a_browser() {
         for (width, height) in [(1280, 800), (800, 600), (1024, 768), (768, 1024)] {
             browser.resize(width, height);
             browser.until(&format!("innerWidth === {width}"));
-            let within = "document.documentElement.scrollWidth <= innerWidth";
+            let within = "document.documentElement.scrollWidth <= innerWidth \
+                && [...document.querySelectorAll('.tile .health, .tile .alarms')]\
+                   .every((it) => it.scrollWidth <= it.clientWidth || it.clientWidth === 0)";
             assert_eq!(browser.value(within), true, "{name} at {width}x{height}");
             if let Some(folder) = &pictures {
                 browser.picture(&folder.join(format!("{name}-{width}x{height}.png")));
