@@ -326,8 +326,13 @@ fn surface(plan: &OrganPlan) -> Result<Skin, PrepareError> {
             problem,
         },
     };
+    // A shape is the surface of a distance function that is negative all through the organ.
+    let mend = match plan.surface {
+        Surface::Shape(_) => mesh::mend_body,
+        Surface::Mesh { .. } => mesh::mend,
+    };
     let mended = read
-        .and_then(|mesh| mesh::mend(&mesh, plan.closing))
+        .and_then(|mesh| mend(&mesh, plan.closing))
         .map_err(|found| problem(with_guessed_unit(&plan.surface, found)))?;
     let mended = match plan.pieces {
         Pieces::Largest => mended.largest_piece(),

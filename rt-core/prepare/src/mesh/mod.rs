@@ -11,6 +11,7 @@ mod wrap;
 
 pub use frame::OwnFrame;
 pub use read::{Format, parse, read};
+pub(crate) use repair::mend_body;
 pub use repair::{Mended, mend};
 
 use crate::Vec3;

@@ -215,6 +215,19 @@ impl fmt::Display for Mended {
 /// # Errors
 /// When the mesh cannot be mended, or `closing` does not allow it. The error names the fault.
 pub fn mend(mesh: &Mesh, closing: Closing) -> Result<Mended, MeshProblem> {
+    mend_as(mesh, closing, true)
+}
+
+/// Mends the surface of a body as [`mend`] does, without the search for a hollow inside, which
+/// takes long.
+///
+/// # Errors
+/// Those of [`mend`].
+pub(crate) fn mend_body(mesh: &Mesh, closing: Closing) -> Result<Mended, MeshProblem> {
+    mend_as(mesh, closing, false)
+}
+
+fn mend_as(mesh: &Mesh, closing: Closing, may_be_hollow: bool) -> Result<Mended, MeshProblem> {
     check_numbers(mesh)?;
     let [min, max] = mesh.bounds();
     let extent_m = (max - min).max();
@@ -298,7 +311,7 @@ pub fn mend(mesh: &Mesh, closing: Closing) -> Result<Mended, MeshProblem> {
             percent: 100.0 * lid_share,
         });
     }
-    if closing == Closing::Auto && is_thin {
+    if closing == Closing::Auto && is_thin && may_be_hollow {
         mended = solid_if_hollow(mended);
     }
     if mended.wrapped || mended.hollow {

@@ -6,7 +6,7 @@
 
 use super::anatomy::Anatomy;
 use super::bodies::Bodies;
-use super::primitive::{Through, Tube, carve, join, meet};
+use super::primitive::{ROUNDING_M, Through, Tube, carve, carve_tube, join, meet};
 use super::{connective_tissue, gallbladder, liver, stomach};
 use crate::Vec3;
 
@@ -37,6 +37,14 @@ const COVER_GAP_M: f64 = 0.0002;
 const BLEND_M: f64 = 0.004;
 /// The cover also wraps the hepatic artery up to this far from where the cystic artery rises, m.
 const COLLAR_M: f64 = 0.004;
+/// Edges where organs are carved out are rounded over this distance, m.
+const EDGE_BLEND_M: f64 = 0.001;
+/// From this distance of the fat's body on, a lower bound of the distance is enough, m.
+pub(super) const FAR_M: f64 = 0.006;
+/// Tubes farther than this do not touch a body that is nearer than [`FAR_M`], m. The body's three
+/// joins take 3 mm off at most, so its nearest tube is within 9 mm. Another one joins it only from
+/// [`BLEND_M`] farther, 13 mm. A cover adds 8 mm at most.
+const BODY_REACH_M: f64 = 0.022;
 /// Part of the gallbladder's neck that every cover wraps, m.
 const NECK_M: f64 = 0.009;
 
@@ -69,28 +77,30 @@ pub(super) fn bounds(bodies: &Bodies) -> [Vec3; 2] {
     all.fold(fat, |[low, high], [a, b]| [low.inf(&a), high.sup(&b)])
 }
 
-/// Distance to the body of the fat, without lumps and before organs are carved out.
-fn body(bodies: &Bodies, p: &Vec3) -> f64 {
-    let fat = bodies.fat.distance(p);
+/// Distance to the body of the fat, without lumps and before organs are carved out. Farther than
+/// [`FAR_M`] the result is a lower bound.
+pub(super) fn body(bodies: &Bodies, p: &Vec3) -> f64 {
+    let distance = |tube: &Tube| tube.distance_below(p, BODY_REACH_M);
+    let fat = distance(&bodies.fat);
     let Some(cloak) = &bodies.cloak else {
         return fat;
     };
     let cover_m = 1e-3 * bodies.anatomy.cover_mm;
     let tubes = [&bodies.cystic_duct, &bodies.cystic_artery];
-    let cuffs = tubes.map(|tube| tube.distance(p) - cover_m);
+    let cuffs = tubes.map(|tube| distance(tube) - cover_m);
     let cuffs = join(cuffs[0], cuffs[1], BLEND_M);
     let collar = meet(
-        bodies.hepatic_artery.distance(p) - cover_m,
+        distance(&bodies.hepatic_artery) - cover_m,
         (p - bodies.origin).norm() - COLLAR_M - cover_m,
         BLEND_M,
     );
     let cuffs = join(cuffs, collar, BLEND_M);
-    join(join(fat, cuffs, BLEND_M), cloak.distance(p), BLEND_M)
+    join(join(fat, cuffs, BLEND_M), distance(cloak), BLEND_M)
 }
 
 pub(super) fn distance(bodies: &Bodies, p: &Vec3) -> f64 {
     let body = body(bodies, p);
-    if body > 0.006 {
+    if body > FAR_M {
         return body;
     }
     let turn = p * (std::f64::consts::TAU / LUMP_WIDTH_M);
@@ -107,14 +117,20 @@ pub(super) fn distance(bodies: &Bodies, p: &Vec3) -> f64 {
         (&bodies.hepatic_artery, beside_m),
         (&bodies.cystic_artery, GAP_M),
     ];
+    // From this distance on, `carve` returns `d`.
+    let reach_m = |d: f64, gap_m: f64| EDGE_BLEND_M - d + gap_m + ROUNDING_M;
     for (tube, gap_m) in tubes {
-        d = carve(d, tube.distance(p) - gap_m, 0.001);
+        d = carve_tube(d, tube, gap_m, EDGE_BLEND_M, p);
     }
     if bodies.cloak.is_some() {
-        d = carve(d, bodies.accessory(p) - GAP_M, 0.001);
-        d = carve(d, connective_tissue::distance(bodies, p) - GAP_M, 0.001);
+        d = carve(d, bodies.accessory(p) - GAP_M, EDGE_BLEND_M);
+        let tissue = connective_tissue::distance_below(bodies, p, reach_m(d, GAP_M));
+        d = carve(d, tissue - GAP_M, EDGE_BLEND_M);
     }
-    d = carve(d, gallbladder::distance(bodies, p) - beside_m, 0.001);
-    d = carve(d, liver::distance(bodies, p) - GAP_M, 0.001);
-    carve(d, stomach::duodenum(bodies, p) - GAP_M, 0.001)
+    let gallbladder = gallbladder::distance_below(bodies, p, reach_m(d, beside_m));
+    d = carve(d, gallbladder - beside_m, EDGE_BLEND_M);
+    let liver = liver::distance_below(bodies, p, reach_m(d, GAP_M));
+    d = carve(d, liver - GAP_M, EDGE_BLEND_M);
+    let duodenum = stomach::duodenum_below(bodies, p, reach_m(d, GAP_M));
+    carve(d, duodenum - GAP_M, EDGE_BLEND_M)
 }

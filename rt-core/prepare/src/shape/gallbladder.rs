@@ -1,7 +1,7 @@
 //! The gallbladder, a pear 8 cm long that hangs under the liver with its fundus to the front.
 
 use super::bodies::Bodies;
-use super::primitive::{Through, ball, join};
+use super::primitive::{ROUNDING_M, Through, ball, join};
 use crate::Vec3;
 
 /// Length of a triangle's side, m.
@@ -27,10 +27,17 @@ pub(super) const LINE: &[Through] = &[
 pub(super) const POUCH: ([f64; 3], f64) = ([-0.0470, 0.2925, -0.0545], 0.0072);
 
 pub(super) fn distance(bodies: &Bodies, p: &Vec3) -> f64 {
+    distance_below(bodies, p, f64::INFINITY)
+}
+
+/// The result of [`distance`] if it is below `limit_m`, else any value that is not.
+pub(super) fn distance_below(bodies: &Bodies, p: &Vec3, limit_m: f64) -> f64 {
+    const BLEND_M: f64 = 0.007;
     let (pouch, radius) = bodies.pouch;
-    join(
-        bodies.gallbladder.distance(p),
-        ball(p, pouch.into(), radius),
-        0.007,
-    )
+    let pouch = ball(p, pouch.into(), radius);
+    // From this distance of the pear on, either `join` returns `pouch`, or both are so far away
+    // that their join is, too.
+    let reach_m = pouch.min(limit_m) + BLEND_M + ROUNDING_M;
+    let pear = bodies.gallbladder.distance_below(p, reach_m);
+    join(pear, pouch, BLEND_M)
 }

@@ -6,7 +6,9 @@
 use super::anatomy::Build;
 use super::bodies::Bodies;
 use super::gallbladder::{self, FOSSA_GAP_M};
-use super::primitive::{Tube, ball, carve, ellipsoid, half_space, join, meet};
+use super::primitive::{
+    ROUNDING_M, Tube, ball, carve, carve_tube, ellipsoid, half_space, join, meet,
+};
 use crate::Vec3;
 use std::sync::LazyLock;
 
@@ -61,11 +63,21 @@ pub(super) fn bounds(build: &Build) -> [Vec3; 2] {
 }
 
 pub(super) fn distance(bodies: &Bodies, p: &Vec3) -> f64 {
-    carve(
-        body(p, &bodies.anatomy.liver),
-        gallbladder::distance(bodies, p) - FOSSA_GAP_M,
-        0.006,
-    )
+    distance_below(bodies, p, f64::INFINITY)
+}
+
+/// The result of [`distance`] if it is below `limit_m`, else any value that is not.
+pub(super) fn distance_below(bodies: &Bodies, p: &Vec3, limit_m: f64) -> f64 {
+    const BLEND_M: f64 = 0.006;
+    let body = body(p, &bodies.anatomy.liver);
+    // What is carved out only adds to the distance.
+    if body >= limit_m {
+        return body;
+    }
+    // From this distance of the gallbladder on, `carve` returns `body`.
+    let reach_m = BLEND_M - body + FOSSA_GAP_M + ROUNDING_M;
+    let gallbladder = gallbladder::distance_below(bodies, p, reach_m);
+    carve(body, gallbladder - FOSSA_GAP_M, BLEND_M)
 }
 
 /// Distance to the liver as it would be without the gallbladder's fossa.
@@ -89,7 +101,7 @@ fn drawn(p: &Vec3) -> f64 {
     // The heart makes a hollow on top of the left lobe.
     d = carve(d, ball(p, [0.045, 0.480, -0.030], 0.095), 0.03);
     // Vena cava and spine behind.
-    d = carve(d, SPINE.distance(p), 0.03);
-    d = carve(d, LIGAMENT_NOTCH.distance(p), 0.008);
-    carve(d, PORTA.distance(p), 0.012)
+    d = carve_tube(d, &SPINE, 0.0, 0.03, p);
+    d = carve_tube(d, &LIGAMENT_NOTCH, 0.0, 0.008, p);
+    carve_tube(d, &PORTA, 0.0, 0.012, p)
 }

@@ -15,6 +15,8 @@ mod place;
 mod primitive;
 mod skin;
 mod stomach;
+#[cfg(test)]
+mod tests;
 mod vessel;
 
 pub use anatomy::{Anatomy, Build, Course};

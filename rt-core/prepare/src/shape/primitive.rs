@@ -19,6 +19,13 @@ pub(super) fn carve(a: f64, b: f64, k: f64) -> f64 {
     meet(a, -b, k)
 }
 
+/// Body `a` without what is nearer than `gap` to the tube, as [`carve`] does it. Where the tube
+/// changes nothing its distance is not computed.
+pub(super) fn carve_tube(a: f64, tube: &Tube, gap: f64, k: f64, p: &Vec3) -> f64 {
+    // From `a + b = k` on, `carve` returns `a`.
+    carve(a, tube.distance_below(p, k - a + gap + ROUNDING_M) - gap, k)
+}
+
 /// Distance to an ellipsoid, exact to first order near the surface.
 pub(super) fn ellipsoid(p: &Vec3, center: [f64; 3], radii: [f64; 3]) -> f64 {
     let q = p - Vec3::from(center);
@@ -65,13 +72,15 @@ struct Cone {
     from: Vec3,
     radius: f64,
     along: Vec3,
+    /// Square of the length of `along`, m².
+    along_squared: f64,
     wider: f64,
 }
 
 /// Largest number of cones in a part of a tube.
 const TOGETHER: usize = 6;
 /// Largest error by which rounding makes the ball around a group too small, m.
-const ROUNDING_M: f64 = 1e-9;
+pub(super) const ROUNDING_M: f64 = 1e-9;
 
 /// A ball around points with radii. It also contains the cones between the points.
 fn ball_around(points: &[(Vec3, f64)]) -> Ball {
@@ -115,6 +124,7 @@ impl Tube {
                 from: a,
                 radius: ra,
                 along: b - a,
+                along_squared: (b - a).norm_squared(),
                 wider: rb - ra,
             }
         };
@@ -148,26 +158,38 @@ impl Tube {
     /// distance to its axis less its radius at the nearest point of the axis. Farther than
     /// [`FAR_M`] from the tube's ball, the result is a lower bound.
     pub(super) fn distance(&self, p: &Vec3) -> f64 {
+        self.distance_below(p, f64::INFINITY)
+    }
+
+    /// The result of [`Self::distance`] if it is below `limit_m`, else any value that is not.
+    /// Cones beyond the limit cost little.
+    pub(super) fn distance_below(&self, p: &Vec3, limit_m: f64) -> f64 {
         let (middle, reach) = self.around;
         let at_least = (p - middle).norm() - reach;
         if at_least > FAR_M {
             return at_least;
+        }
+        if at_least - ROUNDING_M >= limit_m {
+            return limit_m;
         }
         let at_least = |(middle, reach): &Ball| (p - middle).norm() - reach - ROUNDING_M;
         let nearest = |cones: &[Cone]| {
             let distances = cones.iter().map(|cone| cone.distance(p));
             distances.fold(f64::INFINITY, f64::min)
         };
-        let mut first = (0, f64::INFINITY);
+        let mut first = (0, limit_m);
         for (number, (around, _)) in self.parts.iter().enumerate() {
             let near = at_least(around);
             if near < first.1 {
                 first = (number, near);
             }
         }
-        let mut least = f64::INFINITY;
+        if first.1 >= limit_m {
+            return limit_m;
+        }
+        let mut least = limit_m;
         if let Some((_, cones)) = self.parts.get(first.0) {
-            least = nearest(cones);
+            least = least.min(nearest(cones));
         }
         for (number, (around, cones)) in self.parts.iter().enumerate() {
             if number != first.0 && at_least(around) < least {
@@ -180,7 +202,7 @@ impl Tube {
 
 impl Cone {
     fn distance(&self, p: &Vec3) -> f64 {
-        let t = ((p - self.from).dot(&self.along) / self.along.norm_squared()).clamp(0.0, 1.0);
+        let t = ((p - self.from).dot(&self.along) / self.along_squared).clamp(0.0, 1.0);
         (p - self.from - self.along * t).norm() - (self.radius + self.wider * t)
     }
 }
@@ -206,6 +228,24 @@ mod tests {
             let (middle, reach) = tube.around;
             let is_far = (p - middle).norm() - reach > FAR_M;
             prop_assert!(told.to_bits() == plain.to_bits() || is_far && told <= plain, "{told} {plain}");
+        }
+
+        /// A limit changes no distance below it, and no body from which the tube is carved.
+        #[test]
+        fn a_limit_changes_only_what_is_beyond_it(
+            through in prop::collection::vec((prop::array::uniform3(-0.1f64..0.1), 0.001f64..0.03), 2..9),
+            at in prop::array::uniform3(-0.15f64..0.15),
+            limit_m in -0.02f64..0.05,
+            a in -0.03f64..0.03,
+            k in 0.001f64..0.03,
+        ) {
+            let tube = Tube::new(&through, 6);
+            let p = Vec3::from(at);
+            let (plain, told) = (tube.distance(&p), tube.distance_below(&p, limit_m));
+            let is_same = told.to_bits() == plain.to_bits();
+            prop_assert!(is_same || plain >= limit_m && told >= limit_m, "{told} {plain}");
+            let (plain, told) = (carve(a, plain - 1e-3, k), carve_tube(a, &tube, 1e-3, k, &p));
+            prop_assert!(told.to_bits() == plain.to_bits(), "{told} {plain}");
         }
     }
 }

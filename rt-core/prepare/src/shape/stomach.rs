@@ -3,7 +3,7 @@
 
 use super::bodies::Bodies;
 use super::liver;
-use super::primitive::{Through, carve};
+use super::primitive::{ROUNDING_M, Through, carve, carve_tube};
 use crate::Vec3;
 
 /// Length of a triangle's side, m.
@@ -48,8 +48,18 @@ pub(super) fn distance(bodies: &Bodies, p: &Vec3) -> f64 {
 }
 
 pub(super) fn duodenum(bodies: &Bodies, p: &Vec3) -> f64 {
-    let body = under_the_liver(bodies, bodies.duodenum.distance(p), p);
-    carve(body, bodies.stomach.distance(p) - PYLORUS_GAP_M, 0.001)
+    duodenum_below(bodies, p, f64::INFINITY)
+}
+
+/// The result of [`duodenum`] if it is below `limit_m`, else any value that is not.
+pub(super) fn duodenum_below(bodies: &Bodies, p: &Vec3, limit_m: f64) -> f64 {
+    let tube = bodies.duodenum.distance_below(p, limit_m);
+    // What is carved out only adds to the distance.
+    if tube >= limit_m {
+        return tube;
+    }
+    let body = under_the_liver(bodies, tube, p);
+    carve_tube(body, &bodies.stomach, PYLORUS_GAP_M, 0.001, p)
 }
 
 fn under_the_liver(bodies: &Bodies, body: f64, p: &Vec3) -> f64 {
@@ -57,6 +67,13 @@ fn under_the_liver(bodies: &Bodies, body: f64, p: &Vec3) -> f64 {
     if body > 0.01 {
         body
     } else {
-        carve(body, liver::distance(bodies, p) - GAP_M, 0.006)
+        const BLEND_M: f64 = 0.006;
+        // From this distance of the liver on, `carve` returns `body`.
+        let reach_m = BLEND_M - body + GAP_M + ROUNDING_M;
+        carve(
+            body,
+            liver::distance_below(bodies, p, reach_m) - GAP_M,
+            BLEND_M,
+        )
     }
 }

@@ -9,7 +9,7 @@
 use super::anatomy::Course;
 use super::bodies::Bodies;
 use super::liver;
-use super::primitive::{Through, Tube, carve};
+use super::primitive::{ROUNDING_M, Through, Tube, carve};
 use crate::Vec3;
 
 /// Gap between a vessel and the liver, m.
@@ -142,6 +142,13 @@ pub(super) fn distance(bodies: &Bodies, vessel: &Tube, p: &Vec3) -> f64 {
     if tube > 0.003 {
         tube
     } else {
-        carve(tube, liver::distance(bodies, p) - GAP_M, 0.001)
+        const BLEND_M: f64 = 0.001;
+        // From this distance of the liver on, `carve` returns `tube`.
+        let reach_m = BLEND_M - tube + GAP_M + ROUNDING_M;
+        carve(
+            tube,
+            liver::distance_below(bodies, p, reach_m) - GAP_M,
+            BLEND_M,
+        )
     }
 }

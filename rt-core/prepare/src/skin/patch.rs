@@ -77,10 +77,15 @@ fn elements(tissue: &Tissue<'_>) -> Vec<Vec<u32>> {
     of_sphere
 }
 
+/// First of the three rows of each sphere of a neighbourhood, by the sphere's number. `None` for a
+/// sphere elsewhere.
+type Rows = Vec<Option<u32>>;
+
 /// The tissue around a sphere. Everything outside of it counts as held.
 struct Neighbourhood {
-    /// First of the three rows of each sphere of the neighbourhood.
-    rows: BTreeMap<u32, usize>,
+    rows: Rows,
+    /// Number of rows: three for each sphere of the neighbourhood.
+    height: usize,
     /// Stiffness of the neighbourhood for a Young's modulus of 1 Pa, factorised. `None` if nothing
     /// holds the neighbourhood.
     stiffness: Option<Cholesky<f64, Dyn>>,
@@ -91,13 +96,13 @@ impl Neighbourhood {
         let center = tissue.balls[sphere].center;
         let radius_m = NEIGHBOURHOOD_SPACINGS * tissue.spacing_m;
         let is_near = |ball: &Ball| (ball.center - center).norm() < radius_m;
-        let near = (0u32..).zip(tissue.balls).filter(|(_, ball)| is_near(ball));
-        let rows: BTreeMap<u32, usize> = near.map(|(i, _)| i).zip((0..).step_by(3)).collect();
-        let mut stiffness = DMatrix::zeros(3 * rows.len(), 3 * rows.len());
-        let mut tets: Vec<u32> = rows
-            .keys()
-            .flat_map(|i| elements[*i as usize].iter().copied())
-            .collect();
+        let mut free = (0u32..).step_by(3);
+        let row = |ball| is_near(ball).then(|| free.next()).flatten();
+        let rows: Rows = tissue.balls.iter().map(row).collect();
+        let height = 3 * rows.iter().flatten().count();
+        let mut stiffness = DMatrix::zeros(height, height);
+        let near = rows.iter().zip(elements).filter(|(row, _)| row.is_some());
+        let mut tets: Vec<u32> = near.flat_map(|(_, tets)| tets).copied().collect();
         tets.sort_unstable();
         tets.dedup();
         for tet in tets {
@@ -112,6 +117,7 @@ impl Neighbourhood {
         }
         Self {
             rows,
+            height,
             stiffness: Cholesky::new(stiffness),
         }
     }
@@ -129,9 +135,8 @@ impl Neighbourhood {
         let spread: Vec<(usize, f64)> = (0..rest.places.len())
             .filter_map(|j| {
                 let off = (rest.places[j] - rest.places[i]).norm();
-                let faces = rest.normals[j].dot(&normal) > 0.3;
-                let share = rest.areas[j] * libm::exp(-(off / wide_m).powi(2));
-                (faces && off < 2.5 * wide_m).then_some((j, share))
+                let is_under = off < 2.5 * wide_m && rest.normals[j].dot(&normal) > 0.3;
+                is_under.then(|| (j, rest.areas[j] * libm::exp(-(off / wide_m).powi(2))))
             })
             .collect();
         let sum: f64 = spread.iter().map(|(_, share)| share).sum();
@@ -153,13 +158,13 @@ impl Neighbourhood {
         skin: &ContactSkin,
         normal: &Vec3,
     ) -> DVector<f64> {
-        let mut load = DVector::zeros(3 * self.rows.len());
+        let mut load = DVector::zeros(self.height);
         for (vertex, share) in shares {
             let vertex = &skin.vertices[vertex];
             for (sphere, weight) in vertex.spheres.iter().zip(vertex.weights) {
-                if let Some(&row) = self.rows.get(&u32::from(*sphere)) {
+                if let Some(row) = self.rows[usize::from(*sphere)] {
                     let force = normal * (share * f64::from(weight));
-                    let mut rows = load.fixed_rows_mut::<3>(row);
+                    let mut rows = load.fixed_rows_mut::<3>(row as usize);
                     rows += force;
                 }
             }
@@ -171,12 +176,7 @@ impl Neighbourhood {
 /// Adds a tetrahedron's stiffness, with the solver's share of Young's modulus and its limit of
 /// Poisson's ratio. Between two corners it is `V (λ a bᵀ + μ b aᵀ + μ a·b)`, where a and b are the
 /// gradients of the corners' shape functions.
-fn add(
-    stiffness: &mut DMatrix<f64>,
-    tet: &Tetra,
-    rows: &BTreeMap<u32, usize>,
-    tissue: &Tissue<'_>,
-) {
+fn add(stiffness: &mut DMatrix<f64>, tet: &Tetra, rows: &Rows, tissue: &Tissue<'_>) {
     let x = tet.spheres.map(|i| tissue.balls[i as usize].center);
     let edges = Matrix3::from_columns(&[x[1] - x[0], x[2] - x[0], x[3] - x[0]]);
     let Some(inverse) = edges.try_inverse() else {
@@ -189,13 +189,13 @@ fn add(
     let lambda = 2.0 * mu * poisson / (1.0 - 2.0 * poisson);
     for (a, i) in slopes.iter().zip(&tet.spheres) {
         for (b, j) in slopes.iter().zip(&tet.spheres) {
-            let (Some(&i), Some(&j)) = (rows.get(i), rows.get(j)) else {
+            let (Some(i), Some(j)) = (rows[*i as usize], rows[*j as usize]) else {
                 continue;
             };
             let block = a * b.transpose() * lambda
                 + b * a.transpose() * mu
                 + Matrix3::identity() * (mu * a.dot(b));
-            let mut view = stiffness.fixed_view_mut::<3, 3>(i, j);
+            let mut view = stiffness.fixed_view_mut::<3, 3>(i as usize, j as usize);
             view += block * tet.volume_m3;
         }
     }
