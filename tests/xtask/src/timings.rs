@@ -14,6 +14,13 @@ use std::time::Instant;
 const MARK: &str = "--time-a-test";
 /// Rows of the table of test programs.
 const SLOWEST: usize = 20;
+/// Test programs that mostly wait for emulated devices, by package and name, and the number of
+/// their test threads for each core. The program computed for 52 s while its tests took 450 s, two
+/// at a time. So two threads for each core leave three quarters of the core free, and devices are
+/// not late.
+const WAITING: [(&str, usize); 1] = [("hardware: devices", 2)];
+/// The test library's variable for the number of its threads.
+const THREADS: &str = "RUST_TEST_THREADS";
 
 /// Times of one `cargo xtask test`.
 pub(crate) struct Timings {
@@ -85,8 +92,15 @@ pub(crate) fn run(args: &[OsString]) -> Option<ExitCode> {
     if mark != MARK {
         return None;
     }
+    let package = std::env::var("CARGO_PKG_NAME").unwrap_or_default();
+    let name = format!("{package}: {}", name(Path::new(program)));
+    let mut command = Command::new(program);
+    // Whoever sets the number of threads knows better.
+    if let Some(threads) = threads(&name, cores()).filter(|_| std::env::var_os(THREADS).is_none()) {
+        command.env(THREADS, threads.to_string());
+    }
     let start = Instant::now();
-    let status = match Command::new(program).args(args).status() {
+    let status = match command.args(args).status() {
         Ok(status) => status,
         Err(error) => {
             eprintln!("cannot run {}: {error}", Path::new(program).display());
@@ -94,8 +108,7 @@ pub(crate) fn run(args: &[OsString]) -> Option<ExitCode> {
         }
     };
     let seconds = start.elapsed().as_secs_f64();
-    let package = std::env::var("CARGO_PKG_NAME").unwrap_or_default();
-    let line = format!("{seconds:.3}\t{package}: {}\n", name(Path::new(program)));
+    let line = format!("{seconds:.3}\t{name}\n");
     let append = || {
         let mut file = OpenOptions::new().append(true).open(file)?;
         file.write_all(line.as_bytes())
@@ -109,6 +122,16 @@ pub(crate) fn run(args: &[OsString]) -> Option<ExitCode> {
     }
     let code = status.code().and_then(|code| u8::try_from(code).ok());
     Some(ExitCode::from(code.unwrap_or(101)))
+}
+
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// Number of test threads for a program that mostly waits; `None` for one that computes.
+fn threads(name: &str, cores: usize) -> Option<usize> {
+    let waiting = WAITING.iter().find(|it| it.0 == name);
+    waiting.map(|it| it.1 * cores)
 }
 
 /// A test program's name without the hash that cargo appends.
@@ -138,6 +161,24 @@ mod tests {
         let named = |path: &str| name(Path::new(path));
         assert_eq!(named("/t/deps/rt_core-0123456789abcdef"), "rt_core");
         assert_eq!(named("/t/deps/one-two"), "one-two");
+    }
+
+    #[test]
+    fn only_programs_that_wait_get_more_threads_than_cores() {
+        assert_eq!(threads("hardware: devices", 2), Some(4));
+        assert_eq!(threads("calot: devices", 2), None);
+        assert_eq!(threads("hardware: hardware", 2), None);
+    }
+
+    #[test]
+    fn programs_that_wait_are_test_programs_there_are() {
+        for (name, _) in WAITING {
+            let (package, program) = name.split_once(": ").expect("package and name");
+            let tests = Path::new(env!("CARGO_MANIFEST_DIR"))
+                .join("../..")
+                .join(package);
+            assert!(tests.join("tests").join(program).is_dir(), "{name}");
+        }
     }
 
     #[test]

@@ -119,17 +119,15 @@ fn sizes_and_places_are_parameters() {
         "course = \"usual\"\nliver = { size = 1.05 }\n\
          gallbladder = { width = 1.15, shift_mm = [-2, 0, -1] }\ncystic-duct = { width = 1.3 }",
     );
-    let of = |text: &str| {
-        let recipe = Recipe::parse(text, "changed", Path::new(".")).unwrap();
-        prepare(&recipe, &mut |_| {}).unwrap()
-    };
-    let (usual, other) = (of(scene_prepare::recipe::TRIANGLE), of(&changed));
+    let usual = crate::prepared_triangle(false);
+    let recipe = Recipe::parse(&changed, "changed", Path::new(".")).unwrap();
+    let other = prepare(&recipe, &mut |_| {}).unwrap();
     let ratio = |name: &str| {
         let volume = |p: &Prepared| {
             let organ = p.report.organs.iter().find(|o| o.name == name);
             organ.unwrap().volume_ml
         };
-        volume(&other) / volume(&usual)
+        volume(&other) / volume(usual)
     };
     assert!((1.1..1.2).contains(&ratio("liver")), "{}", ratio("liver"));
     assert!(
