@@ -14,14 +14,14 @@ pub(crate) const TICK_S: f64 = 0.001;
 /// in tubes. Up to it, one pass over links gives the material's stiffness within 3 %. An organ that
 /// would need more than [`SUBSTEPS_MAX`] substeps exceeds it.
 pub(crate) const STIFFNESS_NUMBER_MAX: f64 = 0.2;
-/// The same for tubes. The core knows the compliance that one pass adds to the links of a tube, and
-/// leaves it out (`one_pass`), up to this number within 3 %.
+/// Stiffness number that substeps of tubes keep. The core knows the compliance that one pass adds
+/// to the links of a tube, and leaves it out (`one_pass`), up to this number within 3 %.
 pub(crate) const TUBE_STIFFNESS_NUMBER_MAX: f64 = 2.4;
 /// A tube with a larger number has the force of a tube with this one
 /// (`a_tube_that_is_too_stiff_is_softer_and_rests`).
 pub(crate) const TUBE_STIFFNESS_LIMIT: f64 = 2.5;
-/// Stiffness of the links of a sphere in an even tube, in `E A / s`, with the spacing `s`: half of it
-/// for each of two short links, an eighth for each of two long ones.
+/// Stiffness of the links of a sphere in an even tube, in `E A / s`, with the spacing `s`: half of
+/// it for each of two short links, an eighth for each of two long ones.
 pub(crate) const LINKS_OF_A_SPHERE: f64 = 1.25;
 /// Preparation warns of an organ with tetrahedra whose stiffness number is larger. Tetrahedra have
 /// their material's stiffness at any number. The larger the number, the less compression they bear
@@ -53,14 +53,13 @@ pub(crate) struct Elastic {
 ///
 /// A link is a bar as thick as its thinner sphere: compliance `L / (E A)`, `A = π r²`.
 ///
-/// A tube's cross-section is [`widening`] times its spheres'. Links to the next sphere (`steps`) and
-/// links to the next but one each take half of the cross-section, so that a length `L` of the tube
-/// stretches by `L / (E A)` per force. One short link (length `s`) and two long ones (`2 s`) pass
-/// every cross-section, so their compliances
-/// are `2 s / (E A)` and `8 s / (E A)`. The long links resist bending only to second order while
-/// the row is straight. A real tube has the bending stiffness `E I`, `I = π r⁴ / 4`: 2e-6 N m² for
-/// the cystic duct. So 3 cm of it, clamped at one end, bend by a millimetre under 0.2 mN, which no
-/// hand feels.
+/// A tube's cross-section is [`widening`] times its spheres'. Links to the next sphere (`steps`)
+/// and links to the next but one each take half of the cross-section, so that a length `L` of the
+/// tube stretches by `L / (E A)` per force. One short link (length `s`) and two long ones (`2 s`)
+/// pass every cross-section, so their compliances are `2 s / (E A)` and `8 s / (E A)`. The long
+/// links resist bending only to second order while the row is straight. A real tube has the
+/// bending stiffness `E I`, `I = π r⁴ / 4`: 2e-6 N m² for the cystic duct. So 3 cm of it, clamped
+/// at one end, bend by a millimetre under 0.2 mN, which no hand feels.
 pub(crate) fn elastic(
     balls: &[Ball],
     links: &[[u32; 2]],
@@ -113,9 +112,9 @@ pub(crate) fn elastic(
     }
 }
 
-/// Cross-section of a tube, as a multiple of its spheres'. The spheres lie inside the tube, and are
-/// a little thinner. Each stands for a length of tube: half the way to each neighbour, and at an end
-/// as much beyond it.
+/// Cross-section of a tube, as a multiple of its spheres'. The spheres lie inside the tube, and
+/// are a little thinner. Each stands for a length of tube: half the way to each neighbour, and at
+/// an end as much beyond it.
 fn widening(balls: &[Ball], steps: &[[u32; 2]], volume_m3: f64) -> f64 {
     let mut reach = vec![(0.0, 0); balls.len()];
     for &[a, b] in steps {

@@ -122,9 +122,8 @@ pub struct OrganReport {
     pub substeps: u32,
     /// Stiffness number `E dt² / (ρ h²)`, with the substep `dt` and the spacing `h` of the spheres.
     /// A tube has its material's stiffness up to 2.4. Other links are softer by 3 % at 0.2, by 15 %
-    /// at 0.7 and by a third at 2.
-    /// Tetrahedra keep their material's stiffness. Beyond 0.6, a tetrahedron may invert when it is
-    /// squeezed to less than half its height.
+    /// at 0.7 and by a third at 2. Tetrahedra keep their material's stiffness. Beyond 0.6, a
+    /// tetrahedron may invert when it is squeezed to less than half its height.
     pub stiffness_number: f64,
     /// Share of the volume inside at least one sphere, 0..1.
     pub coverage: f64,

@@ -39,13 +39,13 @@
 //!
 //! # Links
 //!
-//! Tubes, and tissue without tetrahedra, have elastic links: `C = |p1 − p2| − L` with a compliance,
-//! solved from zero multipliers. One pass over them is softer than the material, by a known amount
-//! that the links of a tube leave out (`one_pass`). So a tube has its material's stiffness while
-//! the stiffness number `E dt² / (ρ h²)` of a substep is at most 2.4, with the spacing `h` of the
-//! spheres; other links, while it is at most 0.2. Preparation chooses the number of substeps by that
-//! bound. Attachments between organs, sutures, the grip of jaws and contact are constraints of the
-//! same kind. The force of each is its multiplier divided by `dt²`.
+//! Tubes, and tissue without tetrahedra, have elastic links: `C = |p1 − p2| − L` with a
+//! compliance, solved from zero multipliers. One pass over them is softer than the material, by a
+//! known amount that the links of a tube leave out (`one_pass`). So a tube has its material's
+//! stiffness while the stiffness number `E dt² / (ρ h²)` of a substep is at most 2.4, with the
+//! spacing `h` of the spheres; other links, while it is at most 0.2. Preparation chooses the
+//! number of substeps by that bound. Attachments between organs, sutures, the grip of jaws and
+//! contact are constraints of the same kind. The force of each is its multiplier divided by `dt²`.
 //!
 //! # Damage
 //!

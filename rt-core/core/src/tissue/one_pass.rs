@@ -8,25 +8,26 @@
 //! e = α̃ P + w₁ A₁ + w₂ A₂
 //! ```
 //!
-//! with the inverse masses `w` of its ends, and the sums `A` of the later impulses on each end, away
-//! from the link. So the pass adds the compliance `δ = (w₁ A₁ + w₂ A₂) / P`. In a tube, all impulses
-//! are known up to a factor if its strain is even: `P ∝ L / α`. The organ then needs no memory of
-//! impulses to have its material's stiffness. Its links get the compliance `α̃ − δ`, and the pass
-//! adds the rest.
+//! with the inverse masses `w` of its ends, and the sums `A` of the later impulses on each end,
+//! away from the link. So the pass adds the compliance `δ = (w₁ A₁ + w₂ A₂) / P`. In a tube, all
+//! impulses are known up to a factor if its strain is even: `P ∝ L / α`. The organ then needs no
+//! memory of impulses to have its material's stiffness. Its links get the compliance `α̃ − δ`, and
+//! the pass adds the rest.
 //!
 //! `δ` differs from link to link, and `α̃ − δ` may be negative. But each pair of links that meet
-//! adds the same energy `w P₁ P₂ cos φ` in either order. So the mean of `δ / α̃` over the links that
-//! meet, weighted by their energies, does not depend on the order. This mean is the share
-//! `κ ≈ 0.31 E dt² / (ρ h²)`, which is used for each link. Links with less compliance share the
-//! force less evenly, and the pass then adds less than `κ`: by `0.18 κ²` in the order in which
+//! adds the same energy `w P₁ P₂ cos φ` in either order. So the mean of `δ / α̃` over the links
+//! that meet, weighted by their energies, does not depend on the order. This mean is the share `κ
+//! ≈ 0.31 E dt² / (ρ h²)`, which is used for each link. Links with less compliance share the force
+//! less evenly, and the pass then adds less than `κ`: by `0.18 κ²` in the order in which
 //! preparation puts links (`a_stretched_tube_has_its_materials_force`).
 //!
 //! No link pushes beyond its own solution, so a straight tube is stable with any stiffness. But a
-//! curved tube that is drawn straight shakes without end if its links are too stiff for one pass: if
-//! the stiffness of a sphere's links times `dt²` over its mass is 16 or more, with the compliance
-//! that is left. So links keep at least the compliance of the number 10, and stiffer ones get it
-//! (`a_curved_tube_that_is_drawn_straight_rests`). A tube beyond the number 3 is softer than its
-//! material: it has the force of the number 3.1 (`a_tube_that_is_too_stiff_is_softer_and_rests`).
+//! curved tube that is drawn straight shakes without end if its links are too stiff for one pass:
+//! if the stiffness of a sphere's links times `dt²` over its mass is 16 or more, with the
+//! compliance that is left. So links keep at least the compliance of the number 10, and stiffer
+//! ones get it (`a_curved_tube_that_is_drawn_straight_rests`). A tube beyond the number 3 is
+//! softer than its material: it has the force of the number 3.1
+//! (`a_tube_that_is_too_stiff_is_softer_and_rests`).
 
 use crate::capacity::{MAX_ORGANS, MAX_TUBE_LINKS};
 use crate::math;

@@ -73,8 +73,8 @@ impl Straight {
             .fold(0.0, f32::max)
     }
 
-    /// Force on a grip at its end, N, and the largest speed of a sphere, m/s, at a strain at which it
-    /// rests.
+    /// Force on a grip at its end, N, and the largest speed of a sphere, m/s, at a strain at which
+    /// it rests.
     fn stretched(&self) -> [f32; 2] {
         let organs = [self.organ];
         let scene = Scene::new(&organs, &self.spheres, &self.links, self.room);

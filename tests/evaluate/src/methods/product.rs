@@ -65,7 +65,7 @@ impl Plan {
 /// material's stiffness within 3 %. `dt` is the length of the substep, s, and `h` the spacing of
 /// the spheres, m.
 const STIFFNESS_NUMBER_MAX: f64 = 0.2;
-/// The same for a tube: the core knows what one pass adds to the compliance of its links.
+/// Largest number of a tube: the core knows what one pass adds to the compliance of its links.
 const TUBE_STIFFNESS_NUMBER_MAX: f64 = 2.4;
 
 impl Parts {
