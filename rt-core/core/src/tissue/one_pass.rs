@@ -16,9 +16,9 @@
 //!
 //! `δ` differs from link to link, and `α̃ − δ` may be negative. But each pair of links that meet
 //! adds the same energy `w P₁ P₂ cos φ` in either order. So the mean of `δ / α̃` over the links
-//! that meet, weighted by their energies, does not depend on the order. This mean is the share `κ
-//! ≈ 0.31 E dt² / (ρ h²)`, which is used for each link. Links with less compliance share the force
-//! less evenly, and the pass then adds less than `κ`: by `0.18 κ²` in the order in which
+//! that meet, weighted by their energies, does not depend on the order. This mean is the share
+//! `κ ≈ 0.31 E dt² / (ρ h²)`, which is used for each link. Links with less compliance share the
+//! force less evenly, and the pass then adds less than `κ`: by `0.18 κ²` in the order in which
 //! preparation puts links (`a_stretched_tube_has_its_materials_force`).
 //!
 //! No link pushes beyond its own solution, so a straight tube is stable with any stiffness. But a
