@@ -9,16 +9,28 @@ use crate::recipe::Material;
 use crate::tetra::Tetra;
 
 /// One control period, s.
-const TICK_S: f64 = 0.001;
-/// Stiffness number `E dt² / (ρ h²)` of a substep that the chosen number of substeps keeps. Up to
-/// it, one pass over links gives the material's stiffness within 3 %. An organ that would need more
-/// than [`SUBSTEPS_MAX`] substeps exceeds it.
+pub(crate) const TICK_S: f64 = 0.001;
+/// Stiffness number `E dt² / (ρ h²)` of a substep that the chosen number of substeps keeps, except
+/// in tubes. Up to it, one pass over links gives the material's stiffness within 3 %. An organ that
+/// would need more than [`SUBSTEPS_MAX`] substeps exceeds it.
 pub(crate) const STIFFNESS_NUMBER_MAX: f64 = 0.2;
+/// Stiffness number that substeps of tubes keep. The core knows the compliance that one pass adds
+/// to the links of a tube, and leaves it out (`one_pass`), up to this number within 3 %.
+pub(crate) const TUBE_STIFFNESS_NUMBER_MAX: f64 = 2.4;
+/// A tube with a larger number has the force of a tube with this one
+/// (`a_tube_that_is_too_stiff_is_softer_and_rests`).
+pub(crate) const TUBE_STIFFNESS_LIMIT: f64 = 2.5;
+/// Stiffness of the links of a sphere in an even tube, in `E A / s`, with the spacing `s`: half of
+/// it for each of two short links, an eighth for each of two long ones.
+pub(crate) const LINKS_OF_A_SPHERE: f64 = 1.25;
 /// Preparation warns of an organ with tetrahedra whose stiffness number is larger. Tetrahedra have
 /// their material's stiffness at any number. The larger the number, the less compression they bear
 /// before they may invert: a cube at 0.3 can be squeezed to 30 % of its height, a cube at 0.6 to
 /// 40 %.
 pub(crate) const TETRA_STIFFNESS_NUMBER_MAX: f64 = 0.6;
+/// Largest widening of a tube's cross-section beyond its spheres'. A tube whose spheres fill less
+/// than half of it is no round tube.
+const WIDENING_MAX: f64 = 2.0;
 /// Largest number of substeps in a tick.
 pub(crate) const SUBSTEPS_MAX: u32 = 16;
 
@@ -29,7 +41,7 @@ pub(crate) struct Elastic {
     pub(crate) links: Vec<([u32; 2], f64)>,
     /// Number of links that carry load.
     pub(crate) count: usize,
-    /// Substeps in a tick.
+    /// Substeps in a tick. Tubes get theirs from `tube`.
     pub(crate) substeps: u32,
     /// Stiffness number of a substep.
     pub(crate) stiffness_number: f64,
@@ -41,13 +53,13 @@ pub(crate) struct Elastic {
 ///
 /// A link is a bar as thick as its thinner sphere: compliance `L / (E A)`, `A = π r²`.
 ///
-/// In a tube, links to the next sphere (`steps`) and links to the next but one each take half of
-/// the cross-section, so that a length `L` of the tube stretches by `L / (E A)` per force. One
-/// short link (length `s`) and two long ones (`2 s`) pass every cross-section, so their compliances
-/// are `2 s / (E A)` and `8 s / (E A)`. The long links resist bending only to second order while
-/// the row is straight. A real tube has the bending stiffness `E I`, `I = π r⁴ / 4`: 2e-6 N m² for
-/// the cystic duct. So 3 cm of it, clamped at one end, bend by a millimetre under 0.2 mN, which no
-/// hand feels.
+/// A tube's cross-section is [`widening`] times its spheres'. Links to the next sphere (`steps`)
+/// and links to the next but one each take half of the cross-section, so that a length `L` of the
+/// tube stretches by `L / (E A)` per force. One short link (length `s`) and two long ones (`2 s`)
+/// pass every cross-section, so their compliances are `2 s / (E A)` and `8 s / (E A)`. The long
+/// links resist bending only to second order while the row is straight. A real tube has the
+/// bending stiffness `E I`, `I = π r⁴ / 4`: 2e-6 N m² for the cystic duct. So 3 cm of it, clamped
+/// at one end, bend by a millimetre under 0.2 mN, which no hand feels.
 pub(crate) fn elastic(
     balls: &[Ball],
     links: &[[u32; 2]],
@@ -58,10 +70,14 @@ pub(crate) fn elastic(
 ) -> Elastic {
     let edges: Vec<[u32; 2]> = tets.iter().flat_map(tetra_edges).collect();
     let (piece, _) = links::pieces(&edges, balls.len());
+    let wider = match steps {
+        [] => 1.0,
+        _ => widening(balls, steps, volume_m3),
+    };
     let compliance = |&[a, b]: &[u32; 2]| {
         let (a, b) = (&balls[a as usize], &balls[b as usize]);
         let radius_m = a.radius_m.min(b.radius_m);
-        (a.center - b.center).norm() / (material.young_pa * PI * radius_m * radius_m)
+        (a.center - b.center).norm() / (material.young_pa * PI * radius_m * radius_m * wider)
     };
     let share = |link: &[u32; 2]| match steps {
         [] => 1.0,
@@ -94,6 +110,33 @@ pub(crate) fn elastic(
         substeps,
         stiffness_number: number / f64::from(substeps * substeps),
     }
+}
+
+/// Cross-section of a tube, as a multiple of its spheres'. The spheres lie inside the tube, and
+/// are a little thinner. Each stands for a length of tube: half the way to each neighbour, and at
+/// an end as much beyond it.
+fn widening(balls: &[Ball], steps: &[[u32; 2]], volume_m3: f64) -> f64 {
+    let mut reach = vec![(0.0, 0); balls.len()];
+    for &[a, b] in steps {
+        let half_m = (balls[a as usize].center - balls[b as usize].center).norm() / 2.0;
+        for end in [a, b] {
+            let (length_m, neighbours) = &mut reach[end as usize];
+            *length_m += half_m;
+            *neighbours += 1;
+        }
+    }
+    let inside = balls
+        .iter()
+        .zip(&reach)
+        .map(|(ball, (length_m, neighbours))| {
+            let length_m = if *neighbours == 1 {
+                2.0 * length_m
+            } else {
+                *length_m
+            };
+            PI * ball.radius_m * ball.radius_m * length_m
+        });
+    (volume_m3 / inside.sum::<f64>()).clamp(1.0, WIDENING_MAX)
 }
 
 /// Number of substeps for the stiffness number of a whole tick: the square root of this number over

@@ -91,6 +91,7 @@ mod support;
 mod surface_nets;
 pub mod tetra;
 mod thin;
+mod tube;
 
 pub use cells::Filling;
 pub use error::{MeshError, PrepareError, RecipeError};

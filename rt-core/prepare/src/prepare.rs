@@ -21,7 +21,9 @@ use crate::skeleton::{Skeleton, interior, skeleton};
 use crate::skin::ContactSkin;
 use crate::tetra::{self, Tetra};
 use crate::thin::{self, Thin};
-use crate::{Vec3, attach, bind, cost, held, links, overlap, rest, room, runs, space, support};
+use crate::{
+    Vec3, attach, bind, cost, held, links, overlap, rest, room, runs, space, support, tube,
+};
 
 /// Progress of the preparation.
 #[derive(Debug, Clone, PartialEq)]
@@ -167,6 +169,9 @@ fn assemble(
             &gravity,
         )?;
         organ.weigh(&held);
+        if plan.packing == Packing::Line {
+            tube::choose_substeps(&mut organ.elastic, &organ.masses_kg, &held.spheres);
+        }
         append(&mut scene, plan, &surfaces[i].mended, &organ, &held.spheres);
         report.organs.push(OrganReport {
             build_s: begun.elapsed().as_secs_f64(),
@@ -509,6 +514,7 @@ fn figures(plan: &OrganPlan, skin: &Skin, organ: &Organ, held: &[bool]) -> Organ
         held: held.iter().filter(|held| **held).count(),
         attached: 0,
         cells: None,
+        is_tube: plan.packing == Packing::Line,
         springs: organ.links.len(),
         tetrahedra: organ.tets.len(),
         tetra_shape_min: worst_shape(organ),

@@ -13,6 +13,8 @@ struct OrganLinks {
     /// Index of the first link.
     first: u32,
     count: u32,
+    /// Number of the first link in `Bodies::one_pass`.
+    first_in_pass: u32,
     /// 1/dt², with dt the length of the substep.
     per_step_s2: f32,
     /// Weight of the strain rate relative to the strain: retardation time divided by dt.
@@ -33,6 +35,7 @@ pub(crate) fn project(scene: &Scene<'_>, organs: impl Iterator<Item = u8>, bodie
             let links = OrganLinks {
                 first: organ.link_start,
                 count: organ.elastic_links.min(organ.link_count),
+                first_in_pass: bodies.one_pass.first(number),
                 per_step_s2: (step_s * step_s).recip(),
                 rate: organ.material.retardation_s / step_s,
                 rest_length_share: bodies.damage.rest_length_share(number),
@@ -58,13 +61,13 @@ impl OrganLinks {
             && let Some(last_m) = bodies.warm_start.link_m(index)
             && intact > 0.0
         {
+            let scaled_compliance_per_kg =
+                bar::scaled_compliance_per_kg(link.compliance_m_n, intact, self.per_step_s2);
+            let in_pass = self.first_in_pass.saturating_add(number);
             let bar = Bar {
                 rest_length_m: link.rest_length_m * self.rest_length_share,
-                scaled_compliance_per_kg: bar::scaled_compliance_per_kg(
-                    link.compliance_m_n,
-                    intact,
-                    self.per_step_s2,
-                ),
+                scaled_compliance_per_kg: scaled_compliance_per_kg
+                    - bodies.one_pass.added_per_kg(in_pass),
             };
             bar.project(&mut bodies.nodes, [link.a, link.b], self.rate, last_m);
         }

@@ -39,11 +39,13 @@
 //!
 //! # Links
 //!
-//! Tubes, and tissue without tetrahedra, have elastic links: `C = |p1 − p2| − L` with a compliance,
-//! solved from zero multipliers. One pass suffices while the stiffness number `E dt² / (ρ h²)` of a
-//! substep is at most 0.2, with the spacing `h` of the spheres. Preparation chooses the number of
-//! substeps by that bound. Attachments between organs, sutures, the grip of jaws and contact are
-//! constraints of the same kind. The force of each is its multiplier divided by `dt²`.
+//! Tubes, and tissue without tetrahedra, have elastic links: `C = |p1 − p2| − L` with a
+//! compliance, solved from zero multipliers. One pass over them is softer than the material, by a
+//! known amount that the links of a tube leave out (`one_pass`). So a tube has its material's
+//! stiffness while the stiffness number `E dt² / (ρ h²)` of a substep is at most 2.4, with the
+//! spacing `h` of the spheres; other links, while it is at most 0.2. Preparation chooses the
+//! number of substeps by that bound. Attachments between organs, sutures, the grip of jaws and
+//! contact are constraints of the same kind. The force of each is its multiplier divided by `dt²`.
 //!
 //! # Damage
 //!
@@ -101,6 +103,7 @@ pub mod lanes;
 mod links;
 pub(crate) mod multirate;
 pub mod neo_hookean;
+mod one_pass;
 pub mod paper;
 pub(crate) mod per_sphere;
 pub(crate) mod sleep;
@@ -122,6 +125,7 @@ pub use attachment::solutions_per_tick;
 use damage::Damage;
 use lanes::Lanes;
 use neo_hookean::NeoHookean;
+use one_pass::OnePass;
 use paper::Paper;
 use per_sphere::PerSphere;
 use suture::Sutures;
@@ -314,6 +318,8 @@ pub struct Bodies {
     pub(crate) sutures: Sutures,
     ties: TieSchedule,
     pub(crate) warm_start: WarmStart,
+    /// Compliance that one pass adds to the links of tubes.
+    pub(crate) one_pass: OnePass,
     /// Low-pass filtered displacement of each sphere, m: the trail that sleep compares with.
     trail_m: PerSphere<Lanes>,
 }
@@ -334,6 +340,7 @@ impl Bodies {
             sutures: Sutures::NONE,
             ties: TieSchedule::NONE,
             warm_start: WarmStart::REST,
+            one_pass: OnePass::NONE,
             trail_m: PerSphere::new(Lanes::ZERO),
         }
     }
@@ -353,6 +360,7 @@ impl Bodies {
             self.nodes.at_mut(i).rest_m = Lanes::new(&rest.center_m, 0.0);
         }
         self.warm_start.build(scene);
+        self.one_pass.build(scene, &mut self.trail_m);
         self.reset(scene);
     }
 

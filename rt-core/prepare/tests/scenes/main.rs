@@ -6,6 +6,7 @@ mod atlas;
 mod budgets;
 mod built_in;
 mod dissect;
+mod ducts;
 mod faults;
 mod mechanics;
 mod meeting;

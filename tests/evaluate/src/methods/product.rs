@@ -65,6 +65,8 @@ impl Plan {
 /// material's stiffness within 3 %. `dt` is the length of the substep, s, and `h` the spacing of
 /// the spheres, m.
 const STIFFNESS_NUMBER_MAX: f64 = 0.2;
+/// Largest number of a tube: the core knows what one pass adds to the compliance of its links.
+const TUBE_STIFFNESS_NUMBER_MAX: f64 = 2.4;
 
 impl Parts {
     /// Makes a scene of one organ. `paper`: stiffness and iterations of the paper's method; `None`:
@@ -117,7 +119,11 @@ impl Parts {
         batches(&tets, &spheres, |batch| packed.push(batch))?;
         let h = f64::from(body.spacing_m());
         let number = body.tissue.young_pa * 1e-6 / (body.tissue.density_kg_m3 * h * h);
-        let substeps = (number / STIFFNESS_NUMBER_MAX).sqrt().ceil() as u32;
+        let number_max = match body.tets.is_empty() {
+            true => TUBE_STIFFNESS_NUMBER_MAX,
+            false => STIFFNESS_NUMBER_MAX,
+        };
+        let substeps = (number / number_max).sqrt().ceil() as u32;
         let (stiffness, iterations) = paper.unwrap_or((1.0, 1));
         let organ = Organ {
             sphere_start: 0,
