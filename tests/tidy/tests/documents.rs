@@ -510,7 +510,7 @@ fn words(text: &str) -> Vec<String> {
     }
     found.push(word);
     found.retain(|word| !word.is_empty());
-    if let Some(at) = found.iter().position(|word| word == ">") {
+    while let Some(at) = found.iter().position(|word| word == ">" || word == "<") {
         found.drain(at..(at + 2).min(found.len()));
     }
     found
