@@ -29,8 +29,8 @@ fn run(house: &House, task: &[&str], out: &str) -> Killed {
 #[test]
 fn a_real_station_is_seen_takes_a_remark_and_leaves_its_result() {
     let house = House::open(&["theatre-1"], &["theatre-1"]);
-    // Free practice goes on until somebody ends it.
-    let mut practice = run(&house, &["free"], "practice");
+    // Free practice that somebody ends.
+    let mut practice = run(&house, &["free", "--seconds", "900"], "practice");
     let mut page = house.page();
     let state = wait("the station runs", || {
         page.look();
