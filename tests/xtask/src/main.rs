@@ -2,6 +2,7 @@
 //! program has no dependencies, so that it builds in a second and can name the system packages that
 //! the other programs need.
 
+mod beside;
 mod checked;
 mod gpu;
 mod guide;

@@ -4,9 +4,10 @@ use std::path::PathBuf;
 use std::process::Command;
 use std::time::Instant;
 
+use crate::beside::Beside;
 use crate::checked;
 use crate::packages::on_path;
-use crate::timings::Timings;
+use crate::timings::{BESIDE, Timings};
 
 struct Step {
     name: &'static str,
@@ -15,6 +16,8 @@ struct Step {
     is_checked: bool,
     /// True if each test program's time goes into the table at the end.
     is_timed: bool,
+    /// True if the programs that compute run beside the others.
+    has_programs_beside: bool,
 }
 
 /// Arguments of cargo that build `hardware` without `std`, as a rig's firmware uses it.
@@ -38,12 +41,14 @@ const TESTS: [Step; 9] = [
         args: &["fmt", "--all", "--check"],
         is_checked: false,
         is_timed: false,
+        has_programs_beside: false,
     },
     Step {
         name: "firmware library, no_std",
         args: FIRMWARE,
         is_checked: false,
         is_timed: false,
+        has_programs_beside: false,
     },
     Step {
         name: "build, lints, documentation",
@@ -56,6 +61,7 @@ const TESTS: [Step; 9] = [
         ],
         is_checked: true,
         is_timed: false,
+        has_programs_beside: false,
     },
     // A workspace of its own. `calot centre` needs its program in the tests below.
     Step {
@@ -63,12 +69,14 @@ const TESTS: [Step; 9] = [
         args: &["fmt", "--check", "--manifest-path", CENTRE],
         is_checked: false,
         is_timed: false,
+        has_programs_beside: false,
     },
     Step {
         name: "build of the centre",
         args: &["test", "--locked", "--manifest-path", CENTRE, "--no-run"],
         is_checked: true,
         is_timed: false,
+        has_programs_beside: false,
     },
     // Benches run once each. `--no-fail-fast`: the run goes on after a failure, and shows all
     // failures.
@@ -83,12 +91,14 @@ const TESTS: [Step; 9] = [
         ],
         is_checked: true,
         is_timed: true,
+        has_programs_beside: true,
     },
     Step {
         name: "the documentation's examples",
         args: &["test", "--locked", "--workspace", "--doc"],
         is_checked: true,
         is_timed: false,
+        has_programs_beside: false,
     },
     // Its tests start `calot`, which the steps above built.
     Step {
@@ -102,6 +112,7 @@ const TESTS: [Step; 9] = [
         ],
         is_checked: true,
         is_timed: true,
+        has_programs_beside: false,
     },
     // Optimised code must give identical bits, so the golden replays run again in release.
     Step {
@@ -117,6 +128,7 @@ const TESTS: [Step; 9] = [
         ],
         is_checked: false,
         is_timed: false,
+        has_programs_beside: false,
     },
 ];
 
@@ -142,7 +154,16 @@ fn test_in(checked: &[(&str, PathBuf)], timings: &mut Timings) -> Result<(), Str
         let timed = ["--config", &runner];
         let timed = if it.is_timed { &timed[..] } else { &[] };
         let start = Instant::now();
-        let outcome = step_in(it.name, &[timed, it.args].concat(), environment);
+        let args = [timed, it.args].concat();
+        let outcome = if it.has_programs_beside {
+            let beside = Beside::start(&["--config", &runner], environment)?;
+            let marked = [environment, &[(BESIDE, PathBuf::new())]].concat();
+            let outcome = step_in(it.name, &args, &marked);
+            // Both run to their ends, so that all failures are seen.
+            beside.finish().and(outcome)
+        } else {
+            step_in(it.name, &args, environment)
+        };
         timings.add(it.name, start.elapsed().as_secs_f64());
         outcome?;
     }

@@ -14,13 +14,16 @@ use std::time::Instant;
 const MARK: &str = "--time-a-test";
 /// Rows of the table of test programs.
 const SLOWEST: usize = 20;
-/// Test programs that mostly wait for emulated devices, by package and name, and the number of
-/// their test threads for each core. The program computed for 52 s while its tests took 450 s, two
-/// at a time. So two threads for each core leave three quarters of the core free, and devices are
-/// not late.
-const WAITING: [(&str, usize); 1] = [("hardware: devices", 2)];
-/// The test library's variable for the number of its threads.
-const THREADS: &str = "RUST_TEST_THREADS";
+/// Test programs that compute all the time, by package and name. They take as long as 60 % of the
+/// other programs, which leave a core idle half of the time, because they mostly wait for devices
+/// and stations. So these run beside the others and get what those leave.
+pub(crate) const COMPUTING: [&str; 3] = [
+    "display-host: all",
+    "scene-prepare: scenes",
+    "surgeon: operation",
+];
+/// Variable that makes the runner leave out the programs that run beside the others.
+pub(crate) const BESIDE: &str = "CALOT_COMPUTING_TESTS_BESIDE";
 
 /// Times of one `cargo xtask test`.
 pub(crate) struct Timings {
@@ -94,13 +97,12 @@ pub(crate) fn run(args: &[OsString]) -> Option<ExitCode> {
     }
     let package = std::env::var("CARGO_PKG_NAME").unwrap_or_default();
     let name = format!("{package}: {}", name(Path::new(program)));
-    let mut command = Command::new(program);
-    // Whoever sets the number of threads knows better.
-    if let Some(threads) = threads(&name, cores()).filter(|_| std::env::var_os(THREADS).is_none()) {
-        command.env(THREADS, threads.to_string());
+    if std::env::var_os(BESIDE).is_some() && COMPUTING.contains(&name.as_str()) {
+        println!("\n{name} runs beside the others; its output follows at their end");
+        return Some(ExitCode::SUCCESS);
     }
     let start = Instant::now();
-    let status = match command.args(args).status() {
+    let status = match Command::new(program).args(args).status() {
         Ok(status) => status,
         Err(error) => {
             eprintln!("cannot run {}: {error}", Path::new(program).display());
@@ -122,16 +124,6 @@ pub(crate) fn run(args: &[OsString]) -> Option<ExitCode> {
     }
     let code = status.code().and_then(|code| u8::try_from(code).ok());
     Some(ExitCode::from(code.unwrap_or(101)))
-}
-
-fn cores() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
-}
-
-/// Number of test threads for a program that mostly waits; `None` for one that computes.
-fn threads(name: &str, cores: usize) -> Option<usize> {
-    let waiting = WAITING.iter().find(|it| it.0 == name);
-    waiting.map(|it| it.1 * cores)
 }
 
 /// A test program's name without the hash that cargo appends.
@@ -164,20 +156,19 @@ mod tests {
     }
 
     #[test]
-    fn only_programs_that_wait_get_more_threads_than_cores() {
-        assert_eq!(threads("hardware: devices", 2), Some(4));
-        assert_eq!(threads("calot: devices", 2), None);
-        assert_eq!(threads("hardware: hardware", 2), None);
-    }
-
-    #[test]
-    fn programs_that_wait_are_test_programs_there_are() {
-        for (name, _) in WAITING {
-            let (package, program) = name.split_once(": ").expect("package and name");
-            let tests = Path::new(env!("CARGO_MANIFEST_DIR"))
-                .join("../..")
-                .join(package);
-            assert!(tests.join("tests").join(program).is_dir(), "{name}");
+    fn programs_that_compute_are_test_programs_there_are() {
+        let folders = [
+            "display-host/display",
+            "rt-core/prepare",
+            "display-host/surgeon",
+        ];
+        for (name, folder) in COMPUTING.iter().zip(folders) {
+            let (_, program) = name.split_once(": ").expect("package and name");
+            let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+            let tests = root.join(folder).join("tests");
+            let is_there =
+                tests.join(program).is_dir() || tests.join(format!("{program}.rs")).is_file();
+            assert!(is_there, "{name}");
         }
     }
 
