@@ -216,7 +216,14 @@ fn alter(session: &Path, to: &Path) -> u64 {
     // handle position.
     let organs = if bytes[data + 21] & 0x20 != 0 { 16 } else { 0 };
     bytes[chunk + 24..chunk + 28].fill(0);
-    bytes[data + 18 + 16 + organs + 5] ^= 0x10;
+    // The largest of the three coordinates: a small one could change by less than its sum with the
+    // handle's origin can hold.
+    let x = data + 18 + 16 + organs + 4;
+    let coordinate = |at: &usize| f32::from_le_bytes(bytes[*at..at + 4].try_into().expect("four"));
+    let magnitude = |at: &usize| coordinate(at).abs();
+    let largest = [x, x + 4, x + 8].into_iter();
+    let largest = largest.max_by(|a, b| magnitude(a).total_cmp(&magnitude(b)));
+    bytes[largest.expect("three coordinates") + 1] ^= 0x10;
     std::fs::write(to, bytes).expect("written");
     first_tick
 }
