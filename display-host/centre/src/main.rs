@@ -170,13 +170,22 @@ async fn serve(args: ServeArgs) -> Result<(), CentreError> {
             json!({"stations": args.stations, "page": page.to_string()})
         ),
         false => println!(
-            "the page: https://{page}/; stations: {}; Ctrl-C ends it",
+            "the page: https://{}/; stations: {}; Ctrl-C ends it",
+            reachable(page),
             args.stations
         ),
     };
     tokio::select! {
         ended = web::run(hall, &args.page, &certificate, &key, listening) => ended,
         _ = tokio::signal::ctrl_c() => Ok(()),
+    }
+}
+
+/// The page's address as a browser elsewhere needs it. Nobody can open 0.0.0.0.
+fn reachable(page: std::net::SocketAddr) -> String {
+    match page.ip().is_unspecified() {
+        true => format!("ADDRESS-OF-THIS-COMPUTER:{}", page.port()),
+        false => page.to_string(),
     }
 }
 
@@ -214,5 +223,18 @@ fn end_with(parent: i32) {
     // A parent that died before this took effect has left us to another process.
     if getppid().map(|pid| pid.as_raw_nonzero().get()) != Some(parent) {
         std::process::exit(1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_browser_elsewhere_gets_an_address_that_it_can_open() {
+        let told = |page: &str| reachable(page.parse().expect("an address"));
+        assert_eq!(told("10.0.0.2:8443"), "10.0.0.2:8443");
+        assert_eq!(told("0.0.0.0:8443"), "ADDRESS-OF-THIS-COMPUTER:8443");
+        assert_eq!(told("[::]:1"), "ADDRESS-OF-THIS-COMPUTER:1");
     }
 }
