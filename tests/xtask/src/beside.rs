@@ -4,7 +4,7 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 
-use crate::timings::COMPUTING;
+use crate::program::COMPUTING;
 
 /// Test programs that run at the lowest priority. They take no time from the others, whose devices
 /// and stations work in real time.

@@ -7,6 +7,7 @@ mod checked;
 mod gpu;
 mod guide;
 mod packages;
+mod program;
 mod steps;
 mod timings;
 
@@ -61,7 +62,7 @@ fn main() -> ExitCode {
     // `cargo xtask test` makes cargo start test programs and the compiler through copies of this
     // program. Look for a test program first, because the variable that marks a compilation is set
     // then, too.
-    if let Some(timed) = timings::run(&words) {
+    if let Some(timed) = program::run(&words) {
         return timed;
     }
     if let Some(compiled) = checked::compile(&words) {

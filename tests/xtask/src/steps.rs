@@ -7,7 +7,8 @@ use std::time::Instant;
 use crate::beside::Beside;
 use crate::checked;
 use crate::packages::on_path;
-use crate::timings::{BESIDE, Timings};
+use crate::program::BESIDE;
+use crate::timings::Timings;
 
 struct Step {
     name: &'static str,

@@ -1,11 +1,10 @@
-//! All tests of the display that need no window, in one program, because each test program links
+//! All tests of the display that need neither a window nor a controller, in one program, because each test program links
 //! all of wgpu and egui.
 
 mod effects;
 mod feed;
 mod feel;
 mod gallery;
-mod headless;
 mod identity;
 mod inside;
 mod launcher;

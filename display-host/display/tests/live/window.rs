@@ -1,7 +1,5 @@
 //! A real window on a virtual screen (Xvfb). Without Xvfb the test says so and skips.
 
-mod support;
-
 use std::io::{BufRead as _, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -14,6 +12,8 @@ use display_host::headless::{Ended, Observed};
 use display_host::latency::now_ns;
 use display_host::window::{WindowConfig, run};
 use shared_mem::service::{Controller, Station};
+
+use crate::support;
 
 /// Resolution of the skins, in both processes.
 const RINGS: usize = 32;
@@ -134,7 +134,7 @@ fn a_window_in_trouble_goes_on() {
     std::fs::write(&scene, support::scene_bytes(RINGS)).unwrap();
     let until = dir.path().join("until");
     let child = Command::new(std::env::current_exe().unwrap())
-        .args(["in_the_window_s_process", "--exact", "--nocapture"])
+        .args(["window::in_the_window_s_process", "--exact", "--nocapture"])
         .env("DISPLAY", &screen.display)
         .env_remove("WAYLAND_DISPLAY")
         .env(IN_CHILD, &scene)
@@ -187,7 +187,7 @@ fn a_window_shows_picture_and_panel() {
     let scene = dir.path().join("scene.calot");
     std::fs::write(&scene, support::scene_bytes(RINGS)).unwrap();
     let mut child = Command::new(std::env::current_exe().unwrap())
-        .args(["in_the_window_s_process", "--exact", "--nocapture"])
+        .args(["window::in_the_window_s_process", "--exact", "--nocapture"])
         .env("DISPLAY", &screen.display)
         .env_remove("WAYLAND_DISPLAY")
         .env(IN_CHILD, &scene)
@@ -307,7 +307,11 @@ fn in_the_window_s_process() {
 #[test]
 fn without_a_screen_the_error_names_the_way_on() {
     let out = Command::new(std::env::current_exe().unwrap())
-        .args(["in_a_process_without_a_screen", "--exact", "--nocapture"])
+        .args([
+            "window::in_a_process_without_a_screen",
+            "--exact",
+            "--nocapture",
+        ])
         .env_remove("DISPLAY")
         .env_remove("WAYLAND_DISPLAY")
         .env_remove("WAYLAND_SOCKET")
