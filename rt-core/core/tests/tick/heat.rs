@@ -2,6 +2,7 @@
 
 use super::cautery::{COAGULATE, CUT, under_current};
 use super::*;
+use rt_core::port::{PedalSample, Polled};
 use rt_core::procedure::heat::Balance;
 use rt_core::scene::{Anchor, Attachment, Link};
 use rt_core::tool::Instrument;
@@ -78,6 +79,7 @@ fn is_balanced(balance: &Balance) -> bool {
         balance.perfused_j,
         balance.cooled_j,
         balance.spread_j,
+        balance.due_j,
     ];
     let sum_j: f64 = parts.iter().sum();
     parts.iter().all(|it| *it >= 0.0) && (sum_j / balance.given_j - 1.0).abs() < 1.0e-3
@@ -102,6 +104,36 @@ fn the_generator_s_energy_is_somewhere() {
         let kept_j = balance.stored_j + balance.perfused_j + balance.cooled_j;
         assert!(kept_j > 0.01 * balance.given_j);
     }
+}
+
+#[test]
+fn heat_on_its_way_into_a_tube_is_in_the_balance() {
+    let tube = super::tear::tube(0.0);
+    let mut state = new_state();
+    let mut sim = Sim::new(tube.scene(), &mut state, TOUCH, FORCE_ENABLED);
+    let mut bench = Bench::new();
+    bench.next_at(&AWAY, NONE).command = Some(Command::Instrument(Instrument::Hook));
+    sim.tick(&mut bench);
+    let across = Vec3::new(0.0005, 0.002, 0.003_5);
+    move_tip(&mut sim, &mut bench, &AWAY, &across, 500, NONE);
+    let mut most_j: f64 = 0.0;
+    for _ in 0..20 {
+        let samples = bench.next_at(&across, NONE);
+        samples.pedal = Polled::Fresh(PedalSample {
+            cut: false,
+            coagulate: true,
+            camera_lock: false,
+            at_ns: samples.now_ns,
+        });
+        sim.tick(&mut bench);
+        let balance = &bench.balance;
+        assert!(
+            balance.given_j < 0.01 || is_balanced(balance),
+            "{balance:?}"
+        );
+        most_j = most_j.max(balance.due_j);
+    }
+    assert!(most_j > 0.01, "{most_j} J");
 }
 
 #[test]

@@ -83,6 +83,8 @@ pub struct Balance {
     pub cooled_j: f64,
     /// Went with the current through the body, too thinly spread to warm it.
     pub spread_j: f64,
+    /// Still to warm tubes and sheets: the core collects it for a round of ticks.
+    pub due_j: f64,
 }
 
 /// Temperature and damage of the tissue at a sphere, in bytes, for the display. Renewed once in
@@ -165,6 +167,7 @@ impl Heat {
                 perfused_j: 0.0,
                 cooled_j: 0.0,
                 spread_j: 0.0,
+                due_j: 0.0,
             },
             turn: 0,
             warmest_k: 0.0,
@@ -192,6 +195,7 @@ impl Heat {
         let stored = self.warmth_j.range(0, count).iter();
         Balance {
             stored_j: stored.map(|it| f64::from(*it)).sum(),
+            due_j: f64::from(self.tube_current.due_j),
             ..self.balance
         }
     }
