@@ -30,9 +30,9 @@ pub(crate) struct Row {
     organ: String,
     work: Work,
     seed: u64,
-    /// Names of the organs with the largest depth in another organ, growth of an attachment and
-    /// displacement.
-    names: [String; 3],
+    /// Names of the organs with the largest speed, depth in another organ, growth of an attachment
+    /// and displacement.
+    names: [String; 4],
     found: Found,
 }
 
@@ -41,7 +41,7 @@ impl Row {
     fn stays(&self) -> bool {
         let it = &self.found;
         !it.is_touched
-            && it.speed_m_s <= STILL_M_S
+            && it.speed_m_s.value <= STILL_M_S
             && it.inside_m.value <= INSIDE_M
             && (it.is_torn || it.loose_m.value <= LOOSE_M && !it.is_told)
     }
@@ -95,7 +95,13 @@ fn row(
         organ: organ_name(scene, organ),
         work,
         seed,
-        names: [found.inside_m, found.loose_m, found.moved_m].map(whose),
+        names: [
+            found.speed_m_s,
+            found.inside_m,
+            found.loose_m,
+            found.moved_m,
+        ]
+        .map(whose),
         found,
     };
     eprintln!("stay: {}", words(&row));
@@ -111,7 +117,7 @@ fn organ_name(scene: &SceneFile, number: usize) -> String {
 /// Result of a row in words.
 fn words(row: &Row) -> String {
     let it = &row.found;
-    let [inside, loose, moved] = &row.names;
+    let [fast, inside, loose, moved] = &row.names;
     let verdict = if row.stays() { "stays" } else { "LEAVES" };
     let notes = [
         (it.is_torn, ", torn"),
@@ -121,13 +127,13 @@ fn words(row: &Row) -> String {
     ];
     let notes: String = notes.iter().filter(|it| it.0).map(|it| it.1).collect();
     format!(
-        "{}, {}, {} {}: {verdict}, {:.3} mm/s, {:.1} mm inside ({inside}), {:.1} mm loose \
+        "{}, {}, {} {}: {verdict}, {:.3} mm/s ({fast}), {:.1} mm inside ({inside}), {:.1} mm loose \
          ({loose}), {:.1} mm moved ({moved}){notes}",
         row.scene,
         row.organ,
         row.work.name(),
         row.seed,
-        it.speed_m_s * 1e3,
+        it.speed_m_s.value * 1e3,
         it.inside_m.value * 1e3,
         it.loose_m.value * 1e3,
         it.moved_m.value * 1e3,
@@ -136,22 +142,22 @@ fn words(row: &Row) -> String {
 
 /// The rows as `stay.csv`.
 pub(crate) fn csv(rows: &[Row]) -> String {
-    let mut text = "scene,organ,work,seed,stays,speed_mm_s,inside_mm,inside,loose_mm,loose,\
+    let mut text = "scene,organ,work,seed,stays,speed_mm_s,moving,inside_mm,inside,loose_mm,loose,\
                     moved_mm,moved,held,torn,told,touched\n"
         .to_owned();
     for row in rows {
         let it = &row.found;
-        let [inside, loose, moved] = &row.names;
+        let [fast, inside, loose, moved] = &row.names;
         let _ = writeln!(
             text,
-            "\"{}\",\"{}\",{},{},{},{:.3},{:.2},\"{inside}\",{:.2},\"{loose}\",{:.2},\"{moved}\",\
+            "\"{}\",\"{}\",{},{},{},{:.3},\"{fast}\",{:.2},\"{inside}\",{:.2},\"{loose}\",{:.2},\"{moved}\",\
              {},{},{},{}",
             row.scene,
             row.organ,
             row.work.name(),
             row.seed,
             row.stays(),
-            it.speed_m_s * 1e3,
+            it.speed_m_s.value * 1e3,
             it.inside_m.value * 1e3,
             it.loose_m.value * 1e3,
             it.moved_m.value * 1e3,

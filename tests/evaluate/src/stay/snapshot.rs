@@ -48,6 +48,15 @@ impl<'a> Snapshot<'a> {
         }
     }
 
+    /// A value of a sphere, with its organ.
+    pub(super) fn of_sphere(&self, (value, sphere): (f32, usize)) -> Worst {
+        let organ = self.organ.get(sphere).copied().unwrap_or_default();
+        Worst {
+            value,
+            organs: [organ; 2],
+        }
+    }
+
     /// Largest distance of a sphere from its place in `before`, m.
     pub(super) fn moved_m(&self, before: &Self) -> Worst {
         let mut worst = Worst::default();

@@ -98,7 +98,7 @@ impl Work {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Found {
     /// Largest speed of a sphere, m/s.
-    pub(super) speed_m_s: f32,
+    pub(super) speed_m_s: Worst,
     /// Largest depth in another organ that was not there before, m.
     pub(super) inside_m: Worst,
     /// Largest growth of an attachment, m.
@@ -120,7 +120,8 @@ pub(super) struct Found {
 struct Watch {
     before_m: Vec<[f32; 3]>,
     before_tick: u64,
-    speed_m_s: f32,
+    /// Largest speed, m/s, and its sphere.
+    fastest: (f32, usize),
     is_looking: bool,
     is_torn: bool,
     is_told: bool,
@@ -151,9 +152,11 @@ impl Watch {
         let spheres = state.spheres().unwrap_or(&[]);
         if self.is_looking && state.tick > self.before_tick {
             let dt_s = (state.tick - self.before_tick) as f32 * 1e-3;
-            for (sphere, before) in spheres.iter().zip(&self.before_m) {
+            for (i, (sphere, before)) in spheres.iter().zip(&self.before_m).enumerate() {
                 let way_m = Vec3::from(sphere.center_m).distance(Vec3::from(*before));
-                self.speed_m_s = self.speed_m_s.max(way_m / dt_s);
+                if way_m / dt_s > self.fastest.0 {
+                    self.fastest = (way_m / dt_s, i);
+                }
             }
         }
         self.before_m.clear();
@@ -229,7 +232,7 @@ fn worked(
     let is_touched = spheres.any(|it| it.bits & SphereState::CONTACT != 0);
     let watch = watch.borrow();
     Found {
-        speed_m_s: watch.speed_m_s,
+        speed_m_s: after.of_sphere(watch.fastest),
         inside_m: after.inside_m(&before),
         loose_m: after.loosened_m(&before),
         moved_m: after.moved_m(&before),
