@@ -273,8 +273,8 @@ impl Sight {
 
 /// The best point of the organ's skin for the scripted hand, with its normal. The instrument
 /// reaches the point and comes in steeply, the camera sees the point, tissue lies behind it and
-/// free space before it. `exactly`: the point is wanted at `near`, else [`TARGET_OFFSET_M`] from
-/// it.
+/// free space before it. If `exactly`, the point is wanted at `near`, else [`TARGET_OFFSET_M`] away
+/// from `near`.
 fn find_target(
     sight: &Sight,
     organs: &[(&OrganPlan, &Mesh)],

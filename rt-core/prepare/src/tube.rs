@@ -45,7 +45,7 @@ mod tests {
         (elastic.substeps, elastic.stiffness_number)
     }
 
-    /// Two links of `k` make the number `2 k dt² / (1.25 m)` of a sphere.
+    /// Two links of `k` give a sphere the stiffness number `2 k dt² / (1.25 m)`.
     #[test]
     fn a_tube_has_the_fewest_substeps_that_keep_its_number() {
         let limit_n_m = TUBE_STIFFNESS_NUMBER_MAX * LINKS_OF_A_SPHERE * 1e-5 / 2.0 / 1e-6;
