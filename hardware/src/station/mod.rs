@@ -48,7 +48,7 @@
 //! name = "left rim"
 //! position_m = [0.1, 0.0, 0.0]
 //!
-//! [centre]                            # of many stations; `calot run` tells it of this one
+//! [centre]                            # a centre of many stations; `calot run` reports to it
 //! address = "10.0.0.2:7448"
 //! keys = "/etc/calot/keys"            # left out: calot/centre-keys in ~/.config
 //! ```

@@ -11,8 +11,8 @@ use crate::support;
 
 /// Pixels along each side of the drawn picture, as many as the identity image has.
 const SIDE: u32 = 160;
-/// A drawn surface is an organ's if it lies no farther than this before the organ alone, as a share
-/// of the distance: the picture keeps distances in half precision.
+/// A drawn surface counts as an organ's if it is at most this much nearer than the organ that is
+/// drawn alone, as a share of the distance. The picture keeps distances in half precision.
 const SAME: f32 = 0.004;
 
 /// Visible share of an organ's pixels, and the share of the round picture that shows the organ, as
@@ -41,7 +41,7 @@ fn drawn(scene: &SceneFile, organ: usize, state: &StateFrame, tools: &ToolFrame)
             continue;
         }
         inside += 1.0;
-        // Nothing has no distance, or an endless one.
+        // Where nothing is drawn, the distance is zero or infinite.
         let is_there = (0.001..1.0).contains(alone);
         covered += f64::from(is_there);
         visible += f64::from(is_there && *all >= alone * (1.0 - SAME));

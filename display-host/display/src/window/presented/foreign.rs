@@ -39,8 +39,8 @@ impl Objects {
         // from it.
         let backend = unsafe { Backend::from_foreign_display(shown.display.as_ptr().cast()) };
         let connection = Connection::from_backend(backend);
-        // SAFETY: the window owns the surface and is borrowed here. Later, the id tells if the
-        // surface is gone, because winit's wayland-client is this one.
+        // SAFETY: the window owns the surface and is borrowed here. Later, the id shows whether the
+        // surface is gone, because winit uses the same wayland-client.
         let id =
             unsafe { ObjectId::from_ptr(WlSurface::interface(), drawn.surface.as_ptr().cast()) };
         let id = id.map_err(|error| refused(&error))?;
