@@ -52,7 +52,7 @@ pub enum CentreError {
         /// Reason.
         problem: String,
     },
-    /// zenoh would work in several threads, which breaks its lines.
+    /// zenoh would work in several threads, which breaks its connections.
     #[error("zenoh would use several threads; set {0}={1} before the program starts")]
     Threads(&'static str, &'static str),
     /// The program that reads the station does not start.

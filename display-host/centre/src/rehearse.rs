@@ -1,4 +1,4 @@
-//! Many stations from one recording of what `calot tell` wrote, to try a centre out.
+//! Plays one recording of `calot tell` as many stations, to try out a centre.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -106,7 +106,8 @@ async fn play(
         let _ = wish.send(["tile_hz", "view_hz"].map(is_wanted));
     });
     wants.background().await.map_err(failed())?;
-    // Each station begins elsewhere, so that they do not all do the same at once.
+    // Each station begins at another place of the recording, so that they do not all do the same at
+    // once.
     let length = frames.last().map_or(Duration::ZERO, |it| it.at);
     let mut skip = length.mul_f64(number as f64 * 0.382 % 1.0);
     loop {

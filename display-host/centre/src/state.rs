@@ -1,5 +1,5 @@
-//! The state of a station, as `calot tell` writes it. A station may be foreign: only what these
-//! types hold goes on to instructors.
+//! The state of a station, as `calot tell` writes it. A station is not trusted: only the fields of
+//! these types reach instructors.
 
 use serde::{Deserialize, Serialize};
 
@@ -97,7 +97,7 @@ pub struct State {
 }
 
 impl State {
-    /// Reads a state; `None`: it is none, or beyond all measure.
+    /// Reads a state. `None` if the bytes are no state, or are too many, or if a text is too long.
     #[must_use]
     pub fn parse(bytes: &[u8]) -> Option<Self> {
         if bytes.len() > STATE_MAX {

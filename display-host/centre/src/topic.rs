@@ -1,5 +1,5 @@
-//! Names of what travels. Everything of a station lies below its own name, so one rule tells what
-//! its certificate may do.
+//! Names of the messages. All messages of a station lie below its own name, so one rule gives the
+//! rights of its certificate.
 //!
 //! | name | from → to | content |
 //! |---|---|---|

@@ -8,7 +8,7 @@ use crate::error::DeliverError;
 
 /// Longest wait for one answer of a centre.
 pub const PATIENCE: Duration = Duration::from_secs(30);
-/// Longest wait until a connection stands.
+/// Longest wait until a connection is made.
 pub(crate) const CONNECT: Duration = Duration::from_secs(10);
 
 /// Fate of a result at a centre.
@@ -18,7 +18,7 @@ pub(crate) enum Receipt {
     New,
     /// It was there already.
     Known,
-    /// The centre holds another result of this id, which stays.
+    /// The centre holds another result with this id, and keeps it.
     Differs,
     /// The centre forgot the person after the session began.
     Forgotten,
@@ -28,9 +28,9 @@ pub(crate) enum Receipt {
 
 /// A connected centre.
 pub(crate) trait Centre {
-    /// Delivers a session. A second delivery of the same session changes nothing.
+    /// Delivers a session. A repetition changes nothing.
     fn deliver(&mut self, it: &Outgoing) -> Result<Receipt, DeliverError>;
 
-    /// Forgets a person as far as known until then. A second time changes nothing.
+    /// Forgets what is known of a person up to that time. A repetition changes nothing.
     fn forget(&mut self, it: &Withdrawal) -> Result<(), DeliverError>;
 }

@@ -146,7 +146,7 @@ impl Keys {
         ))
     }
 
-    /// Judgement of a watcher about this station's certificate, so long from now.
+    /// A watcher's judgement of this station's certificate, this long from now.
     fn verified(&self, later: Duration) -> Result<Result<(), CertificateError>, LinkError> {
         let (roots, (chain, _)) = (Arc::new(self.authority()?), self.own()?);
         let refused = |error: &dyn core::fmt::Display| self.refused(&self.certificate, error);

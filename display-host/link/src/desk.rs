@@ -19,7 +19,7 @@ const BATCHES_KEPT: usize = 64;
 /// Past events that a new watcher receives: as many as a new display gets from shared memory.
 const EVENTS_FIRST: u64 = 64;
 
-/// Age from which on the last message about a task counts as that of a finished task, ns. During a
+/// Age above which the last message about a task counts as that of a finished task, ns. During a
 /// task, the process that assesses it sends a message every 50 ms.
 const TASK_KEPT_NS: u64 = 5_000_000_000;
 

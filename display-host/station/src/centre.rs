@@ -61,12 +61,13 @@ fn program() -> Result<PathBuf, Problem> {
     }
 }
 
-/// The command that will report this station to a centre.
+/// A centre to which this station will be reported.
 #[derive(Debug)]
 pub(crate) struct Centre(Command);
 
 impl Centre {
-    /// The centre that the user or the station file names. Its program and its keys are there.
+    /// The centre that the user or the station file names. Fails if its program or its keys are
+    /// missing.
     pub(crate) fn of(args: &RunArgs) -> Result<Option<Self>, Problem> {
         let Some((address, keys)) = named(args)? else {
             return Ok(None);

@@ -3,10 +3,10 @@
 //! Sessions need no coordinator, because no two stations make the same UUID of version 7. A chosen
 //! name identifies a trainee: equal names at two stations are one person. Existing entries stay
 //! unchanged, with three exceptions: the newer answer to a questionnaire replaces the older one; of
-//! a cohort or consent, the later telling counts ([`Told`]); a session without a site gets that of
-//! there. A second merge of the same store changes nothing.
+//! two statements of a cohort or consent, the later counts ([`Told`]); a session without a site
+//! gets the site of the other store. A second merge of the same store changes nothing.
 //!
-//! Whoever was forgotten here or there does not come in ([`crate::Store::forget`]). The marks of
+//! Trainees who were forgotten in either store stay out ([`crate::Store::forget`]). The marks of
 //! the other store are added to those here.
 
 use std::collections::{BTreeMap, BTreeSet};

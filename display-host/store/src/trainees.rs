@@ -82,8 +82,8 @@ impl Store {
     }
 
     /// Sets a trainee's cohort and consent as far as they are given, and adds the trainee if the
-    /// name is new. An empty cohort means that none is told. `at_unix_s` is the time of the
-    /// telling: the later one counts where stores meet.
+    /// name is new. An empty cohort means none. `at_unix_s` is the time of the statement: when
+    /// stores are joined, the later statement counts.
     ///
     /// # Errors
     /// When the name or the cohort is invalid, or the file cannot be written.

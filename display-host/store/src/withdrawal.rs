@@ -1,6 +1,6 @@
-//! Withdrawals: people whom a centre has to forget as well. A withdrawal holds ids only, waits
-//! until the centre is reached and has forgotten, and is then deleted. One for centres that are
-//! named later stays.
+//! Withdrawals: people whom a centre has to forget as well. A withdrawal holds ids only. It waits
+//! until the centre is reached and has forgotten the person, and is then deleted. A withdrawal for
+//! centres that are named later stays.
 
 use std::collections::BTreeSet;
 
@@ -112,7 +112,7 @@ impl Store {
     }
 }
 
-/// Number of a centre. A new one is added with the errands that wait for such.
+/// Number of a centre. A new one is added, with the errands that wait for new centres.
 pub(crate) fn number_of(change: &Connection, address: &str) -> rusqlite::Result<i64> {
     let find = "SELECT id FROM destination WHERE address = ?1";
     let known = change.query_row(find, [address], |row| row.get(0));
@@ -151,8 +151,9 @@ pub(crate) fn respell(change: &Connection, from: &str, to: &str) -> rusqlite::Re
     change.execute(remove, [old]).map(drop)
 }
 
-/// Leaves an errand to each centre: forget this person. One more is for centres that are named
-/// later: other stations may have sent them results. It names no session, because none was sent.
+/// Leaves an errand to each centre: forget this person. One more errand is for centres that are
+/// named later, because other stations may have sent them results. It names no session, because
+/// none was sent from here.
 pub(crate) fn withdraw(
     change: &Connection,
     person: &str,

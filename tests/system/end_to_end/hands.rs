@@ -19,7 +19,7 @@ use crate::silenced::silence_devices;
 /// may be busy.
 const TRIES: usize = 3;
 
-/// Tasks, and the time that a hand gets which works them to the end, s.
+/// Tasks, and the time for a hand that works them to the end, s.
 const TASKS: [(&str, &str); 7] = [
     ("basics", "120"),
     ("scope", "120"),
@@ -29,11 +29,11 @@ const TASKS: [(&str, &str); 7] = [
     ("disconnect", "300"),
     ("full", "1200"),
 ];
-/// Time that a hand gets which makes one error, s.
+/// Time for a hand that makes one error, s.
 const ERROR_S: &str = "45";
 
 /// Hands that injure a structure: the structure, the alarms of which one must sound, and whether
-/// the injury ends the task. What the hook burns half through may tear at its end.
+/// the injury ends the task. Tissue that the hook burns half through may tear at its end.
 const INJURIES: [(&str, &str, &[&str], bool); 11] = [
     ("duct-cutter", "bile duct", &["cut"], true),
     ("duct-tearer", "bile duct", &["torn"], true),

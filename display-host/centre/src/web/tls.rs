@@ -54,7 +54,7 @@ async fn greet(
     let places = Arc::new(Semaphore::new(HANDSHAKES_MAX));
     while let Ok(place) = places.clone().acquire_owned().await {
         let Ok((stream, from)) = listener.accept().await else {
-            // Too many open files, for example: it passes.
+            // For example, too many files are open, which passes.
             tokio::time::sleep(Duration::from_millis(100)).await;
             continue;
         };

@@ -89,7 +89,7 @@ impl Browser {
         told["result"]["value"].clone()
     }
 
-    /// Waits until an expression is true. A page that is being loaded may have none of it.
+    /// Waits until an expression is true. It may fail while the page is being loaded.
     pub(crate) fn until(&mut self, expression: &str) {
         let safe = format!(
             "(() => {{ try {{ return Boolean({expression}) }} catch {{ return false }} }})()"

@@ -70,7 +70,7 @@ fn a_real_station_is_seen_takes_a_remark_and_leaves_its_result() {
         (page.present() == 0).then_some(())
     });
 
-    // An operation with an injury: this hand cuts what no clip closes.
+    // An operation with an injury: this hand cuts a vessel that no clip closes.
     let mut operation = run(&house, &["clamp", "--hand", "unclamped"], "operation");
     let status = wait("the operation ends", || {
         page.look();

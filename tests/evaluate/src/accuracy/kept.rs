@@ -6,9 +6,9 @@ use super::Row;
 use crate::csv::Csv;
 use crate::methods::Way;
 
-/// `rows`, in place of the rows of the same scenes in this `accuracy.csv`. The methods of this
-/// program and the competitors, which run in sessions of their own, are replaced separately. What
-/// was not measured again keeps its rows.
+/// Merges `rows` into this `accuracy.csv`: they replace its rows of the same scenes. The methods of
+/// this program and the competitors run in sessions of their own, so each of the two groups
+/// replaces only itself. Rows that were not measured again stay.
 ///
 /// # Errors
 /// The reason in words.
