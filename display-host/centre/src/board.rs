@@ -16,10 +16,10 @@ const PICTURE_MAX: usize = 2_000_000;
 /// A picture and its number.
 pub type Picture = (u64, Arc<[u8]>);
 
-/// Knowledge of a station.
+/// A station as the centre knows it.
 #[derive(Debug, Clone, Default)]
 pub struct Known {
-    /// It is connected.
+    /// The station is connected.
     pub present: bool,
     /// Time since which the station is present or absent, ms since 1970; 0: it was never present.
     pub since_unix_ms: u64,
@@ -33,7 +33,7 @@ pub struct Known {
     pub view: Option<Picture>,
     /// Operation and number of the last alarm.
     last: (u64, u64),
-    /// Alarms that never arrived.
+    /// Number of alarms that never arrived.
     pub lost: u64,
     alarms: VecDeque<Heard>,
 }

@@ -19,8 +19,8 @@ use crate::roster::Roster;
 use crate::state::State;
 use crate::topic::Topic;
 
-/// Interval at which stations are told which pictures are wanted. A station forgets this after a
-/// while.
+/// Interval at which the centre repeats to stations which pictures it wants. A station forgets such
+/// a request after a while.
 const WANT_EVERY: Duration = Duration::from_millis(500);
 /// Interval between two looks at the list of stations.
 const LIST_EVERY: Duration = Duration::from_secs(1);
@@ -33,7 +33,7 @@ const VIEW_HZ: f64 = 30.0;
 /// The centre, for all its tasks.
 #[derive(Debug)]
 pub struct Hall {
-    /// Knowledge of the stations.
+    /// The stations as the centre knows them.
     pub board: Board,
     /// Rights of stations and instructors.
     pub roster: RwLock<Roster>,

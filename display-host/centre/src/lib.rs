@@ -10,7 +10,7 @@
 //! join` uses the network, and knows nothing of the simulation. So zenoh and its many packages are
 //! no part of the display or of the realtime process, and a centre that hangs holds up neither.
 //!
-//! # What travels
+//! # Messages
 //!
 //! [`topic`] lists the messages. A station sends its state twice a second, and at once with an
 //! alarm. Each state repeats the last alarms, so a lost state loses no alarm. Pictures are sent

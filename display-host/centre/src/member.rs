@@ -32,7 +32,7 @@ const RESULTS_EVERY: Duration = Duration::from_secs(20);
 /// Longest wait for the last results when the station ends.
 const LAST_RESULTS: Duration = Duration::from_secs(10);
 
-/// A station as it tells of itself.
+/// A station that joins a centre.
 #[derive(Debug, Clone)]
 pub struct Member {
     /// Name of the station on this computer.
@@ -189,7 +189,7 @@ impl Member {
         }
     }
 
-    /// Takes what the centre asks.
+    /// Receives requests of the centre.
     async fn listen(&self, session: &Session, news: mpsc::Sender<News>) -> Result<(), CentreError> {
         let failed = || network("listening to the centre");
         let name = &self.keys.name;

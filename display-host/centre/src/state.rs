@@ -24,7 +24,7 @@ pub struct Alarm {
     pub number: u64,
     /// Time of the task, s.
     pub at_s: f64,
-    /// Text.
+    /// Its text.
     pub text: Said,
 }
 
@@ -33,7 +33,7 @@ pub struct Alarm {
 pub struct Heard {
     /// Time of arrival, ms since 1970.
     pub at_unix_ms: u64,
-    /// Operation in which it came.
+    /// Operation in which it arose.
     pub operation: u64,
     /// The trainee of that operation.
     pub trainee: Option<String>,
@@ -92,7 +92,7 @@ pub struct State {
     pub task: Option<Task>,
     /// Alarms so far.
     pub alarms: u64,
-    /// The newest of them.
+    /// The newest alarms.
     pub newest_alarms: Vec<Alarm>,
 }
 
@@ -126,7 +126,7 @@ impl State {
 pub(crate) mod tests {
     use super::*;
 
-    /// A state with this many alarms, of which the last 32 are told.
+    /// A state with this many alarms, of which it repeats the last 32.
     pub(crate) fn state(operation: u64, alarms: u64) -> State {
         let said = |text: &str| Said {
             en: text.to_owned(),

@@ -10,10 +10,10 @@
 //! | `calot/NAME/act` | centre → station | an act, JSON; answered |
 //! | `calot/NAME/result` | station → centre | a session, or a forgetting, JSON; answered |
 
-/// Kind of what travels.
+/// Kind of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Topic {
-    /// The station is there.
+    /// The station is connected.
     Presence,
     /// Its state.
     State,

@@ -11,18 +11,18 @@ pub const PATIENCE: Duration = Duration::from_secs(30);
 /// Longest wait until a connection is made.
 pub(crate) const CONNECT: Duration = Duration::from_secs(10);
 
-/// Fate of a result at a centre.
+/// A centre's answer to a result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Receipt {
-    /// It is there now.
+    /// The centre holds it now.
     New,
-    /// It was there already.
+    /// The centre held it already.
     Known,
     /// The centre holds another result with this id, and keeps it.
     Differs,
     /// The centre forgot the person after the session began.
     Forgotten,
-    /// Such a centre does not take it.
+    /// A centre of this kind takes no such result.
     LeftOut,
 }
 

@@ -7,7 +7,7 @@ use store::StoreError;
 /// Reasons for which results do not reach a centre. What was not delivered stays in the store.
 #[derive(Debug, thiserror::Error)]
 pub enum DeliverError {
-    /// The address is of no centre.
+    /// No centre can have this address.
     #[error(
         "'{given}' is no address of a centre: {problem}. Allowed are postgres://USER@HOST:PORT/DATABASE, and \
          https://HOST/PATH of a learning record store"

@@ -75,7 +75,7 @@ const THIRD: &str = "
 ALTER TABLE calot.trainee ADD COLUMN cohort_unix_s bigint, ADD COLUMN consent_unix_s bigint;
 ";
 
-// What nobody told has no time.
+// A cohort or consent that nobody stated has no time.
 const FOURTH: &str = "
 UPDATE calot.trainee SET cohort_unix_s = NULL WHERE cohort = '';
 UPDATE calot.trainee SET consent_unix_s = NULL WHERE consent = 'unknown';

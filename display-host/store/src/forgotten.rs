@@ -111,9 +111,9 @@ pub struct Gone {
 
 impl Store {
     /// Deletes a trainee with all sessions, sheets and answers, and overwrites the data. Leaves
-    /// marks by which [`Store::merge`] keeps out sessions that began until `at_unix_s`, and an
-    /// errand to each centre ([`Store::withdrawals`]). Success means that the trainee is gone, even
-    /// if the file cannot be made smaller.
+    /// marks by which [`Store::merge`] keeps out sessions that began until `at_unix_s`, and a
+    /// withdrawal for each centre ([`Store::withdrawals`]). Success means that the trainee is gone,
+    /// even if the file cannot be made smaller.
     ///
     /// # Errors
     /// When no trainee has this name, the file cannot be written, or the deleted data would stay in

@@ -21,7 +21,7 @@ pub enum Delivery {
     Differs,
     /// The centre forgot this person after the session began.
     Forgotten,
-    /// Such a centre does not take it.
+    /// A centre of this kind takes no such result.
     LeftOut,
 }
 
@@ -67,7 +67,7 @@ impl Store {
             .map_err(|error| crate::file::refused(&path, error))
     }
 
-    /// Moves the notes and errands of a centre to another spelling of its address.
+    /// Moves the notes and withdrawals of a centre to another spelling of its address.
     ///
     /// # Errors
     /// When the file cannot be read or written.

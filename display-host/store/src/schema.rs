@@ -24,7 +24,7 @@
 //!   `person` or `scripted`. `realtime` (1 or 0) and `missed_ticks` say how the controller ran;
 //!   NULL: unknown. `device` and `driver` name the haptic device; empty: none or unknown. `site` is
 //!   the store's site when the session was kept.
-//! - `rating`: `rater` is the name that the rater chose; empty: not told. `blinded` is 1 if the
+//! - `rating`: `rater` is the name that the rater chose; empty: none. `blinded` is 1 if the
 //!   rater did not know who operated.
 //! - `forgotten_trainee`: no name can be read from it, but whoever has the file can test a guess.
 //! - `forgotten_person`: `person` is a UUID of version 5, as in `withdrawal`.
@@ -34,7 +34,8 @@
 //!   stays), `forgotten` (the centre forgot this person later) or `left-out` (nothing that such a
 //!   centre takes). A new sheet, cohort or consent removes the note.
 //! - `withdrawal`: `person` is a UUID of version 5, from which no name can be read, but whoever has
-//!   the file can test a guess. `sessions` is a JSON array of ids. The row goes with its errand.
+//!   the file can test a guess. `sessions` is a JSON array of ids. The row is deleted with its
+//!   withdrawal.
 //!
 //! `user_version` is [`SCHEMA_VERSION`], `application_id` is "Calo" in ASCII. A store of an older
 //! version becomes one of this version when a command writes to it; reading leaves it as it is.

@@ -12,7 +12,7 @@ pub(crate) const TOLD: &str = "cohort, cohort_unix_s, consent, consent_unix_s";
 /// was none, or an earlier version of the program took it.
 #[derive(Debug, Clone, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Told {
-    /// Cohort; empty: not told, or taken back.
+    /// Cohort; empty: not stated, or taken back.
     pub cohort: String,
     /// Time of the cohort.
     pub cohort_unix_s: Option<i64>,

@@ -50,7 +50,7 @@ pub struct Trainee {
     pub name: String,
     /// Number of sessions.
     pub sessions: i64,
-    /// Cohort of a study, e.g. `novice`; empty: not told.
+    /// Cohort of a study, e.g. `novice`; empty: not stated.
     pub cohort: String,
     /// Consent to a study.
     pub consent: Consent,
@@ -122,7 +122,7 @@ impl Store {
         Ok(known.into_iter().find(|it| are_alike(it, &name)))
     }
 
-    /// Name of the site at which sessions are kept from now on; empty: not told.
+    /// Name of the site that new sessions get; empty: none.
     ///
     /// # Errors
     /// When the file cannot be read.
@@ -136,7 +136,7 @@ impl Store {
         Ok(found.unwrap_or_default())
     }
 
-    /// Sets the name of the site for sessions that are kept from now on.
+    /// Sets the name of the site that new sessions get.
     ///
     /// # Errors
     /// When the name is invalid, or the file cannot be written.

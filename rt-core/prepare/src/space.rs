@@ -1,4 +1,4 @@
-//! Directions of the axes that a mesh file itself tells. 3D Slicer writes them at the beginning of
+//! Directions of the axes that a mesh file itself states. 3D Slicer writes them at the beginning of
 //! STL, OBJ and PLY files, as `SPACE=LPS` or `SPACE=RAS`.
 
 use std::fs::File;

@@ -36,7 +36,7 @@ enum Asked {
     Remark { station: String, text: String },
 }
 
-/// Numbers of what a page has got.
+/// Numbers of the newest state and pictures that a page has received.
 #[derive(Default)]
 struct Had {
     version: Option<u64>,
@@ -60,12 +60,12 @@ pub(super) async fn live(State(web): State<Web>, who: Who, upgrade: WebSocketUpg
     })
 }
 
-/// A page that looks.
+/// An open page.
 struct Visit<'a> {
     web: &'a Web,
     who: Who,
     had: BTreeMap<String, Had>,
-    /// The enlarged station, and since when.
+    /// The enlarged station, and when it was enlarged.
     large: Option<(String, Instant)>,
 }
 

@@ -40,7 +40,7 @@ struct Web {
 /// Serves the page until the process ends. `listening` gets the address.
 ///
 /// # Errors
-/// [`CentreError::Listen`], and what is wrong with the keys.
+/// [`CentreError::Listen`]; [`CentreError::Keys`] if the keys cannot be used.
 pub async fn run(
     hall: Arc<Hall>,
     address: &str,

@@ -20,7 +20,7 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// Handshakes at once.
 const HANDSHAKES_MAX: usize = 64;
 
-/// Lines of browsers whose handshakes are done.
+/// Connections of browsers whose handshakes are done.
 pub(super) struct Lines {
     ready: mpsc::Receiver<(TlsStream<TcpStream>, SocketAddr)>,
     address: SocketAddr,

@@ -1,4 +1,4 @@
-//! Chromium without a window, led over its debugging line.
+//! Chromium without a window, controlled over its debugging port.
 
 use std::io::{BufRead as _, BufReader};
 use std::net::TcpStream;

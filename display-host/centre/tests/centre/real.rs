@@ -12,7 +12,7 @@ use crate::support::{Killed, calot, wait};
 fn run(house: &House, task: &[&str], out: &str) -> Killed {
     let name = format!("test-{}-centre", std::process::id());
     let mut run = calot();
-    // Nobody's settings hold.
+    // The settings of the user who runs the test do not count.
     run.env("XDG_CONFIG_HOME", house.file("settings"));
     run.args(["run", "--headless", "--frames", "0", "--no-realtime"]);
     run.arg("--task").args(task);

@@ -38,7 +38,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// Longest time between two reports of the state. A change for which an instructor waits is
 /// reported at once.
 const TELL_EVERY: Duration = Duration::from_millis(500);
-/// Interval between two looks for the resources of dead processes.
+/// Interval between two searches for resources that dead processes left behind.
 const TIDY_EVERY: Duration = Duration::from_secs(5);
 /// Events that wait for the next picture, at most.
 const EVENTS_MAX: usize = 4096;

@@ -64,7 +64,7 @@ struct State<'a> {
     newest_alarms: &'a [Alarm],
 }
 
-/// Collects what is told.
+/// Collects the report of a station.
 pub(super) struct Teller {
     operation: u64,
     trainee: Option<String>,

@@ -49,7 +49,7 @@ fn a_forgotten_trainee_stays_out_of_every_store_that_knows_of_it() {
     let merged = third.merge(&station).unwrap();
     assert_eq!((merged.left_out_sessions, merged.known), (2, 1));
     assert_eq!(names(&third), ["Bo"]);
-    // The station still has Zaphod, and is told.
+    // The station still has Zaphod, and the merge reports that the centre forgot Zaphod.
     let mut station = Store::open(&station).unwrap();
     let merged = station.merge(&centre).unwrap();
     assert_eq!(merged.forgotten_there, ["Zaphod"]);

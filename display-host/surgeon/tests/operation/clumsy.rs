@@ -11,7 +11,7 @@ fn of(result: &Performance, metric: Metric) -> f64 {
 }
 
 /// Movements of the hand cost no points (`rules.toml` says why), so only the hand whose picture
-/// wanders off loses some. The metrics tell of the others.
+/// wanders off loses some. The metrics show the others.
 #[test]
 fn a_clumsier_hand_never_scores_better_and_its_metric_notices_it() {
     let careful = operate(Surgeon::Careful, Task::Clamp, 60);
