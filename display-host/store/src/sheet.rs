@@ -57,7 +57,7 @@ impl From<Rating> for StoreError {
     }
 }
 
-/// Checks a rater's name and brings it to its form; empty: no name.
+/// Checks a rater's name and brings it to the stored form; empty: no name.
 fn check_rater(rater: &str) -> Result<String, StoreError> {
     match rater.trim() {
         "" => Ok(String::new()),

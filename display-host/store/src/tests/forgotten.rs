@@ -25,7 +25,7 @@ fn names(store: &Store) -> Vec<String> {
 fn a_forgotten_trainee_stays_out_of_every_store_that_knows_of_it() {
     let (folder, station) = folder();
     let ids = shared(&station);
-    // The centre knows the first session only: the mark of the name keeps the second out.
+    // The centre knows the first session only. It keeps the second out because it marked the name.
     let centre = folder.path().join("centre.sqlite");
     let mut store = Store::open(&centre).unwrap();
     store

@@ -9,8 +9,8 @@ use super::surface::{Place, Surface};
 use super::volume::Volumes;
 use super::{FALLING, Fluids, PARCEL_M3};
 
-/// Volume up to which parcels join a drop that lets go, m³. A whole drop of blood has 30e-9 to
-/// 50e-9 m³.
+/// Volume at which a drop takes no more parcels while it lets go, m³. A whole drop of blood has
+/// 30e-9 to 50e-9 m³.
 const DROP_M3: f64 = 15e-9;
 /// Largest gap to skin below that fluid bridges, m. The capillary length of blood is 2.3 mm.
 const TOUCHES_M: f32 = 0.002;
