@@ -212,7 +212,7 @@ fn paint_all(
             return Ok(());
         }
         let spheres = still.state.spheres().unwrap_or(&[]);
-        // A still without effects leaves those of the run as they are.
+        // A still without effects leaves the effects of the run as they are.
         let mut apart = None;
         match &still.effects {
             Some(stretch) => stretch.play(&mut renderer, spheres),

@@ -16,7 +16,7 @@ use rustls::{CertificateError, RootCertStore};
 use crate::error::LinkError;
 use crate::reason::of_own;
 
-/// Name under which a station looks at its own certificate: that of nobody.
+/// Name under which a station looks at its own certificate. Nobody has this name.
 const ANY_NAME: &str = "station.invalid";
 
 /// Certificate files of one peer.

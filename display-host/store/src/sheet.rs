@@ -83,8 +83,8 @@ impl Store {
     ///
     /// # Errors
     /// [`StoreError::Rated`] if the rater filled this sheet for this session before. When there is
-    /// no such session, the number of points is not that of the items, a value is outside the
-    /// sheet's scale, or the rater's name is invalid.
+    /// no such session, there are more or fewer points than items, a value is outside the sheet's
+    /// scale, or the rater's name is invalid.
     pub fn rate(
         &mut self,
         session: &str,

@@ -35,7 +35,7 @@ const BARED: f64 = 0.85;
 /// Longest time before the view is tried again, s, and the number of times.
 const BARING_S: f64 = 30.0;
 const BARINGS: usize = 4;
-/// Time beyond that of the rules for which a view is held, s.
+/// Time for which a view is held longer than the rules ask, s.
 const LONGER_S: f64 = 1.5;
 
 impl Work<'_> {

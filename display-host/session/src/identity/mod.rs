@@ -55,8 +55,8 @@ fn view_of(shaft: &PoseMsg, [off_rad, turned_rad]: [f32; 2]) -> PoseMsg {
     }
 }
 
-/// Plane through cystic duct and artery at rest. The plane does not move with the organs, which sag
-/// once they are free: front and back of the triangle are those of the body.
+/// Plane through cystic duct and artery at rest. It divides the front of the triangle from the
+/// back. The plane does not move with the organs, which sag once they are free.
 struct Plane {
     middle_m: Vec3,
     normal: Vec3,

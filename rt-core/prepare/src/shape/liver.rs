@@ -15,7 +15,7 @@ use std::sync::LazyLock;
 /// Length of a triangle's side, m.
 pub(super) const EDGE_M: f64 = 0.0037;
 
-/// Point about which the body that `drawn` models is scaled, m.
+/// Point about which the body of [`drawn`] is scaled, m.
 const MIDDLE: [f64; 3] = [-0.062, 0.290, -0.030];
 /// Scale that gives the body a healthy adult's volume.
 const SIZE: f64 = 0.94;
@@ -70,7 +70,7 @@ pub(super) fn distance(bodies: &Bodies, p: &Vec3) -> f64 {
 pub(super) fn distance_below(bodies: &Bodies, p: &Vec3, limit_m: f64) -> f64 {
     const BLEND_M: f64 = 0.006;
     let body = body(p, &bodies.anatomy.liver);
-    // What is carved out only adds to the distance.
+    // Carving only adds to the distance.
     if body >= limit_m {
         return body;
     }

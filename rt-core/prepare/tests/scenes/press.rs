@@ -204,8 +204,8 @@ fn friction_holds_back_both_ways_and_has_no_step() {
         let step_n = libm::hypotf(pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]);
         assert!(step_n < 0.005, "tick {tick}: {step_n} N");
     }
-    // Each pair is at one place on the way there and on the way back. The force of the skin's slope
-    // is equal, and that of friction is opposite.
+    // Each pair is at one place on the way there and on the way back. In both, the force of the
+    // skin's slope is equal, and the force of friction is opposite.
     let mut shares = Vec::new();
     for off in (100..600).step_by(50) {
         let (there, back) = (felt[1400 - off], felt[1400 + off]);

@@ -72,7 +72,7 @@ scene,method,spheres,us_per_tick,rms_mm,max_mm,force_error_pct,volume_error_pct,
     }
 
     /// A new version of a competitor replaces the old one. The rows of this program's methods and
-    /// of the other scene are those of the file, to the letter.
+    /// of the other scene stay as they are in the file, to the letter.
     #[test]
     fn competitors_are_replaced_and_other_rows_kept() {
         let folder = tempfile::tempdir().expect("a folder");
