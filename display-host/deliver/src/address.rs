@@ -53,7 +53,8 @@ impl fmt::Debug for Key {
 
 impl Destination {
     /// The centre at an address from the command line, which must not hold a password. `ca` names
-    /// the authority of the centre's certificate; without it, those that the computer trusts count.
+    /// the authority of the centre's certificate. Without `ca`, the authorities count that the
+    /// computer trusts.
     ///
     /// # Errors
     /// [`DeliverError::Address`], [`DeliverError::Shown`], [`DeliverError::NoPassword`] and

@@ -18,8 +18,8 @@ pub const SHAPE_MIN: f64 = 0.015;
 pub struct Tetra {
     /// The corners a, b, c, d. `det(b − a, c − a, d − a)` is positive at rest.
     pub spheres: [u32; 4],
-    /// Volume of tissue that this tetrahedron represents, m³: its own volume, and that part of the
-    /// tissue outside all tetrahedra that is nearest to it.
+    /// Volume of tissue that this tetrahedron represents, m³: its own volume, and a part of the
+    /// tissue outside all tetrahedra, which counts with the nearest one.
     pub volume_m3: f64,
 }
 
@@ -54,7 +54,8 @@ pub fn fill_between(
             in_use[i as usize] = true;
         }
     }
-    // A sphere in no tetrahedron gets the best-shaped one of those left out, unless it is a sliver.
+    // A sphere may be in no tetrahedron. Then the best-shaped one at this sphere that was left out is
+    // kept after all, unless it is a sliver.
     for i in 0..balls.len() as u32 {
         if in_use[i as usize] {
             continue;

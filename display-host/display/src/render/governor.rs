@@ -59,8 +59,8 @@ pub struct Governor {
 }
 
 impl Governor {
-    /// Governs a window on this device. A software driver begins with the cheapest tier. Its cost is
-    /// the time between frames, which includes all work of the processor. `screen_ms` is the
+    /// Governs a window on this device. A software driver begins with the cheapest tier. Its cost
+    /// is the time between frames, which includes all work of the processor. `screen_ms` is the
     /// screen's interval, or 0 if it is unknown.
     #[must_use]
     pub fn of(gpu: &Gpu, screen_ms: f32) -> Self {

@@ -13,7 +13,7 @@ use rt_core::time::TICK_S;
 use crate::body::{Body, Tissue, V3};
 use crate::methods::{Parts, Surroundings};
 
-/// Share of the last force that a contact applies before the constraints of a substep.
+/// Share of the last force that a plate applies before the constraints of a substep.
 const LEAN: f32 = 0.75;
 /// Ticks per millimetre of the plates' motion.
 const TICKS_PER_MM: f64 = 100.0;
