@@ -54,8 +54,8 @@ pub fn fill_between(
             in_use[i as usize] = true;
         }
     }
-    // A sphere may be in no tetrahedron. Then the best-shaped one at this sphere that was left out is
-    // kept after all, unless it is a sliver.
+    // A sphere may be in no tetrahedron. Then the best-shaped one at this sphere is kept after all,
+    // unless it is a sliver.
     for i in 0..balls.len() as u32 {
         if in_use[i as usize] {
             continue;
