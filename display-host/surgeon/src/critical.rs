@@ -13,8 +13,8 @@ use crate::work::{BACK_M, Work};
 /// Value of a picture: 1 if it shows what the rules ask.
 type Judge<'a> = &'a dyn Fn(&Seen) -> f64;
 
-/// First step of the search around the best aim of the grid, the share of a step that the next one
-/// has, and the number of steps.
+/// The search around the best aim of the grid: its first step, the ratio of a step to the one
+/// before, and the number of steps.
 const STEP: Aim = [0.04, 0.04, 0.012];
 const SHRINK: f64 = 0.6;
 const STEPS: usize = 5;

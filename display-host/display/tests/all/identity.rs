@@ -11,8 +11,9 @@ use crate::support;
 
 /// Pixels along each side of the drawn picture, as many as the identity image has.
 const SIDE: u32 = 160;
-/// A drawn surface counts as an organ's if it is at most this much nearer than the organ that is
-/// drawn alone, as a share of the distance. The picture keeps distances in half precision.
+/// Tolerance of distances, as a share of the distance. A surface that is nearer than the organ
+/// drawn alone by at most this share counts as the organ's. The picture keeps distances in half
+/// precision.
 const SAME: f32 = 0.004;
 
 /// Visible share of an organ's pixels, and the share of the round picture that shows the organ, as

@@ -2,7 +2,8 @@
 //! The ducts emerge from the fat.
 //!
 //! With a cover ([`Anatomy::cover_mm`]) fat and peritoneum also wrap cystic duct and cystic artery
-//! from end to end, and the gallbladder's neck, so that nobody sees the two before the dissection.
+//! from end to end, and the gallbladder's neck. Then nobody sees duct and artery before the
+//! dissection.
 
 use super::anatomy::Anatomy;
 use super::bodies::Bodies;

@@ -33,8 +33,8 @@ fn ball(center_m: Vec3, radius_m: f32) -> Capsule {
     }
 }
 
-/// Force along the normal, at each tick, on a ball that is pressed to `depth_m` at the target
-/// within `ticks`, then held there for as many ticks, N.
+/// Presses a ball to `depth_m` at the target within `ticks`, and holds it there for as many ticks.
+/// Returns the force along the normal at each tick, N.
 fn press(built: &Prepared, radius_m: f32, depth_m: f32, ticks: u16) -> Vec<f32> {
     let room = built.scene.room.expect("a room");
     let (site, normal) = (Vec3::from(room.target_m), Vec3::from(room.target_normal));
