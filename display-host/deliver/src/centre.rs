@@ -31,6 +31,6 @@ pub(crate) trait Centre {
     /// Delivers a session. A repetition changes nothing.
     fn deliver(&mut self, it: &Outgoing) -> Result<Receipt, DeliverError>;
 
-    /// Forgets what is known of a person up to that time. A repetition changes nothing.
+    /// Forgets all data of a person up to that time. A repetition changes nothing.
     fn forget(&mut self, it: &Withdrawal) -> Result<(), DeliverError>;
 }

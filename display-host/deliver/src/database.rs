@@ -254,7 +254,7 @@ async fn forget(
     change
         .execute(remove, &[&person, &at_unix_s, &sessions])
         .await?;
-    // A person who came back stays, without what was stated before.
+    // A person who came back stays, without the earlier statements.
     change.execute(PLAIN, &[&person, &at_unix_s]).await?;
     let gone = "DELETE FROM calot.trainee WHERE person = $1 \
                 AND NOT EXISTS (SELECT FROM calot.session WHERE person = $1)";

@@ -162,7 +162,7 @@ impl Painter {
         }
     }
 
-    /// Waits for the thread to draw what was ordered and to end. Returns its results.
+    /// Waits for the thread to draw the ordered pictures and to end. Returns its results.
     pub(crate) fn end(mut self) -> Painted {
         self.orders = None;
         if let Some(thread) = self.thread.take() {

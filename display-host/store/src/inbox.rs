@@ -106,7 +106,7 @@ impl Store {
         change.commit().map_err(|error| self.refused(error))
     }
 
-    /// Forgets what is known of a person up to that time, whichever station sent it. `now_unix_s`
+    /// Forgets all data of a person up to that time, whichever station sent them. `now_unix_s`
     /// bounds the time of a station whose clock is ahead. A repetition changes nothing.
     ///
     /// # Errors
@@ -127,7 +127,7 @@ impl Store {
                 self.forget(&person.name, at)?;
                 continue;
             }
-            // A person who came back stays, without what was stated before.
+            // A person who came back stays, without the earlier statements.
             let trainee = self.trainee(&person.name)?;
             let path = self.path().to_owned();
             let change = self.change()?;

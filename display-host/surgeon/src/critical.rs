@@ -1,6 +1,6 @@
 //! Showing the critical view of safety, or an organ that other tissue hides: finds a pose of the
 //! endoscope from which it is seen, goes there, and holds still. The surgeon judges the picture as
-//! the assessment does, in identity images of what is seen now.
+//! the assessment does, in identity images of the present view.
 
 use assess::{Least, Rules, ShowRule, ViewRule, ViewSide};
 use session::identity::{Identity, Seen};
@@ -85,7 +85,7 @@ impl Work<'_> {
         let places: Vec<Vec3> = places.map(|it| self.sight.now(it, state)).collect();
         let hides = self.field.mark_hiding(&places, camera, &self.sight, state);
         if hides && let Err(why) = self.dissect(&[Field::HIDES], BARED, BARING_S) {
-            // What is out of reach stays: the view is judged again in any case.
+            // Tissue out of reach stays. The view is judged again in any case.
             self.goes_on()?;
             self.theatre.tell(&format!("baring duct and artery: {why}"));
         }

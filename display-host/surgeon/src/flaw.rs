@@ -33,7 +33,7 @@ impl Work<'_> {
         self.surgeon == Surgeon::Pausing && self.seen.at_s % REST_EVERY_S > REST_EVERY_S - REST_S
     }
 
-    /// Adds the present flaw of the hand to what is asked of it.
+    /// Adds the present flaw of the hand to its next movement.
     pub(crate) fn stumble(&mut self) {
         match self.surgeon {
             Surgeon::Trembling if self.shows => self.sway(TREMBLE_SHOWING),

@@ -237,7 +237,7 @@ fn agree(it: &Worked, hand: &str, task: &str) {
     }
 }
 
-/// True if the hand did what it is there for.
+/// True if the scripted hand caused its injury, made its error or did its task.
 fn did(it: &Worked, hand: &str, task: &str) -> bool {
     if let Some((_, organ, alarms, ends_task)) = INJURIES.iter().find(|it| it.0 == hand) {
         let injuries = it.summary["injuries"].as_array().expect("injuries");
@@ -273,7 +273,7 @@ fn did(it: &Worked, hand: &str, task: &str) -> bool {
     }
 }
 
-/// Works until the hand did what it is there for, a few times at most.
+/// Works until [`did`] is true, [`TRIES`] times at most.
 fn works(hand: &str, task: &str) -> Worked {
     for _ in 0..TRIES {
         let worked = work(hand, task);

@@ -54,7 +54,7 @@ pub(super) fn duodenum(bodies: &Bodies, p: &Vec3) -> f64 {
 /// The result of [`duodenum`] if that is below `limit_m`, else any number from `limit_m` upwards.
 pub(super) fn duodenum_below(bodies: &Bodies, p: &Vec3, limit_m: f64) -> f64 {
     let tube = bodies.duodenum.distance_below(p, limit_m);
-    // What is carved out only adds to the distance.
+    // Carving only adds to the distance.
     if tube >= limit_m {
         return tube;
     }
