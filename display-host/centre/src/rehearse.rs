@@ -28,7 +28,7 @@ struct Frame {
     state: Option<State>,
 }
 
-/// Reads a recording. Its time is that of the simulation's ticks.
+/// Reads a recording. The simulation's ticks give the times of its frames.
 async fn recording(path: &PathBuf) -> Result<Vec<Frame>, CentreError> {
     let unreadable = |problem: String| CentreError::File {
         path: path.clone(),
@@ -59,8 +59,8 @@ async fn recording(path: &PathBuf) -> Result<Vec<Frame>, CentreError> {
     }
 }
 
-/// Plays a recording as a station for each folder of keys, over and over. Prints a JSON object a
-/// line for each alarm when it is sent.
+/// Plays a recording as a station for each folder of keys, over and over. When an alarm is sent,
+/// prints it as a JSON object on a line.
 ///
 /// # Errors
 /// If the recording cannot be read, or the centre is not reached.
