@@ -109,8 +109,9 @@ impl Straight {
     }
 }
 
-/// The force is compared with two others. In a tube a hundred times as soft, one pass over the links
-/// suffices for their static force. A rod with the tube's volume and length has the force `E A ε`.
+/// The force is compared with two others. In a tube a hundred times as soft, one pass over the
+/// links suffices for their static force. A rod with the tube's volume and length has the force
+/// `E A ε`.
 #[test]
 fn ducts_of_the_triangle_are_as_stiff_as_their_material() {
     const SOFTER: f32 = 100.0;
