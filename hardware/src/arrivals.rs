@@ -22,8 +22,8 @@ const FTDI_MS: u64 = 16;
 /// Share of the gaps, in percent, that must fit the timer or the frames. A busy computer lengthens
 /// a few gaps.
 const FITTING_PERCENT: usize = 80;
-/// Share of the gaps, in percent, whose number of frames must differ from that of the median gap.
-/// If all gaps have the same number, the device itself may send once per millisecond.
+/// Share of the gaps, in percent, that must have another number of frames than the median gap. If
+/// all gaps have the same number, the device itself may send once per millisecond.
 const DIFFERING_PERCENT: usize = 5;
 
 /// Pattern of arrivals.

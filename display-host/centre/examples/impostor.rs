@@ -1,5 +1,5 @@
-//! A station that speaks as another one, and prints what it hears of others. A test of the rights
-//! of certificates starts it: `impostor ADDRESS KEYS OTHER`.
+//! A station that sends under the name of another station, and prints what it receives from others.
+//! A test of the rights of certificates starts it: `impostor ADDRESS KEYS OTHER`.
 
 use std::time::Duration;
 
@@ -20,7 +20,7 @@ async fn speak() {
     };
     let keys = Keys::read(folder.as_ref()).expect("keys");
     let session = network::join(address, &keys).await.expect("the centre");
-    // A session hears itself, so another one listens.
+    // A session receives its own messages, so a second session listens.
     let listening = network::join(address, &keys).await.expect("the centre");
     for names in ["*", other, &keys.name] {
         let heard = |sample: zenoh::sample::Sample| println!("heard {}", sample.key_expr());

@@ -1,4 +1,4 @@
-//! Knowledge of all stations as they are now, for everybody who looks.
+//! The present state of all stations, for all viewers.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -16,16 +16,16 @@ const PICTURE_MAX: usize = 2_000_000;
 /// A picture and its number.
 pub type Picture = (u64, Arc<[u8]>);
 
-/// Knowledge of a station.
+/// A station as the centre knows it.
 #[derive(Debug, Clone, Default)]
 pub struct Known {
-    /// It is connected.
+    /// The station is connected.
     pub present: bool,
-    /// Since when it is there, or gone, ms since 1970; 0: it never came.
+    /// Time since which the station is present or absent, ms since 1970; 0: it was never present.
     pub since_unix_ms: u64,
     /// Its last state.
     pub state: Option<State>,
-    /// Grows with each change of the above.
+    /// Grows with each change of the fields above.
     pub version: u64,
     /// Its last small picture.
     pub tile: Option<Picture>,
@@ -33,7 +33,7 @@ pub struct Known {
     pub view: Option<Picture>,
     /// Operation and number of the last alarm.
     last: (u64, u64),
-    /// Alarms that never arrived.
+    /// Number of alarms that never arrived.
     pub lost: u64,
     alarms: VecDeque<Heard>,
 }
@@ -71,7 +71,7 @@ impl Board {
         self.viewers.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Takes exactly these stations: new ones are added, others go.
+    /// Keeps exactly these stations: adds the new ones and removes the others.
     pub fn set_stations<'a>(&self, names: impl Iterator<Item = &'a String>) {
         let mut stations = self.stations();
         let mut old = std::mem::take(&mut *stations);
@@ -81,7 +81,7 @@ impl Board {
         }
     }
 
-    /// A station came or went. Returns true if that is news.
+    /// Notes that a station is present or absent. Returns true if this has changed.
     pub fn set_present(&self, name: &str, present: bool) -> bool {
         let mut stations = self.stations();
         let Some(known) = stations.get_mut(name) else {
@@ -127,7 +127,7 @@ impl Board {
         new
     }
 
-    /// Takes an alarm that the log has from before this program started.
+    /// Takes an alarm from the log, from before this program started.
     pub fn remember(&self, name: &str, alarm: Heard) {
         if let Some(known) = self.stations().get_mut(name) {
             known.last = (alarm.operation, alarm.alarm.number);
@@ -137,7 +137,8 @@ impl Board {
 
     /// Takes a picture.
     pub fn take_picture(&self, name: &str, is_large: bool, picture: &[u8]) {
-        // A picture is what begins as JPEG does. The browser reads it as nothing else.
+        // Only data that begin as a JPEG does are a picture. The browser reads them as nothing
+        // else.
         if picture.len() > PICTURE_MAX || !picture.starts_with(&[0xff, 0xd8]) {
             return;
         }
@@ -167,7 +168,7 @@ impl Board {
         known.map_or_else(Vec::new, |it| it.alarms.iter().rev().cloned().collect())
     }
 
-    /// One more viewer, or one less, of the tiles.
+    /// Adds a viewer of the tiles if `begins`, else removes one.
     pub fn watch_tiles(&self, begins: bool) {
         let mut viewers = self.viewers();
         viewers.tiles = match begins {
@@ -178,7 +179,7 @@ impl Board {
         self.asked.notify_one();
     }
 
-    /// One more viewer, or one less, of a station's large picture.
+    /// Adds a viewer of a station's large picture if `begins`, else removes one.
     pub fn watch_large(&self, station: &str, begins: bool) {
         let mut viewers = self.viewers();
         let count = viewers.large.entry(station.to_owned()).or_default();
@@ -219,7 +220,7 @@ mod tests {
         let board = board();
         assert_eq!(numbers(&board.take_state("left", state(7, 2))), [1, 2]);
         assert!(board.take_state("left", state(7, 2)).is_empty());
-        // States were lost in between, and the next repeats the alarms.
+        // States were lost in between. The next state repeats their alarms.
         assert_eq!(board.take_state("left", state(7, 30)).len(), 28);
         let late = board.take_state("left", state(7, 70));
         assert_eq!(numbers(&late), (39..=70).collect::<Vec<_>>());

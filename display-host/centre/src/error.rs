@@ -25,7 +25,7 @@ pub enum CentreError {
         /// Values that are allowed.
         allowed: &'static str,
     },
-    /// A folder of keys is not as it should be.
+    /// A folder of keys lacks a file, or holds one that cannot be used.
     #[error(
         "{folder} is no folder of keys: {problem}. It holds NAME.pem, NAME.key of mode 600 and ca.pem, as \
          `calot link keys` makes them"
@@ -47,12 +47,12 @@ pub enum CentreError {
     /// The network's library refuses.
     #[error("{doing} failed: {problem}")]
     Network {
-        /// Deed that failed.
+        /// Action that failed.
         doing: &'static str,
         /// Reason.
         problem: String,
     },
-    /// zenoh would work in several threads, which breaks its lines.
+    /// zenoh would work in several threads, which breaks its connections.
     #[error("zenoh would use several threads; set {0}={1} before the program starts")]
     Threads(&'static str, &'static str),
     /// The program that reads the station does not start.
@@ -63,7 +63,7 @@ pub enum CentreError {
         /// Reason.
         problem: String,
     },
-    /// A program sent what is no frame.
+    /// `calot tell` sent bytes that are no frame.
     #[error("`calot tell` sent {0}; use programs of one version")]
     Frame(String),
     /// A password is too short.

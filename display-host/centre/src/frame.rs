@@ -23,7 +23,7 @@ pub enum Kind {
 /// Reads the next frame. `None`: the program has ended.
 ///
 /// # Errors
-/// [`CentreError::Frame`] if it is none.
+/// [`CentreError::Frame`] if the bytes are no frame.
 pub async fn read(
     from: &mut (impl AsyncRead + Unpin),
 ) -> Result<Option<(Kind, Vec<u8>)>, CentreError> {

@@ -19,7 +19,8 @@ use crate::roster::Roster;
 use crate::state::State;
 use crate::topic::Topic;
 
-/// Interval at which stations are told which pictures are wanted. They forget it after a while.
+/// Interval at which the centre repeats to stations which pictures it wants. A station forgets such
+/// a request after a while.
 const WANT_EVERY: Duration = Duration::from_millis(500);
 /// Interval between two looks at the list of stations.
 const LIST_EVERY: Duration = Duration::from_secs(1);
@@ -32,7 +33,7 @@ const VIEW_HZ: f64 = 30.0;
 /// The centre, for all its tasks.
 #[derive(Debug)]
 pub struct Hall {
-    /// Knowledge of the stations.
+    /// The stations as the centre knows them.
     pub board: Board,
     /// Rights of stations and instructors.
     pub roster: RwLock<Roster>,
@@ -84,7 +85,8 @@ impl Hall {
         Ok(hall)
     }
 
-    /// Takes a list. Rights count from the start of a line, so all lines are cut and made anew.
+    /// Adopts a list. Rights are checked when a connection begins, so all connections are cut and
+    /// made anew.
     async fn admit(self: Arc<Self>, roster: Roster) -> Result<(), CentreError> {
         let mut session = self.session.write().await;
         if let Some(old) = session.take() {
@@ -93,7 +95,7 @@ impl Hall {
         let mut names: Vec<&String> = roster.stations.values().collect();
         names.sort();
         self.board.set_stations(names.iter().copied());
-        // Those who are still there say so again.
+        // Stations that are still there announce themselves again.
         for name in names {
             self.board.set_present(name, false);
         }
@@ -198,7 +200,8 @@ impl Hall {
         }
     }
 
-    /// Takes a changed list while the centre runs: a name that is gone has no rights any more.
+    /// Adopts a changed list while the centre runs. A name that is no longer on it loses its
+    /// rights.
     async fn follow_list(self: Arc<Self>) {
         let changed = |path: &PathBuf| std::fs::metadata(path).and_then(|it| it.modified()).ok();
         let mut known = changed(&self.list);
@@ -226,7 +229,7 @@ impl Hall {
         }
     }
 
-    /// Takes a list that was changed. Lines are cut only if it names other stations.
+    /// Adopts a changed list. Connections are cut only if the list names other stations.
     async fn take_list(self: &Arc<Self>, new: Roster) -> Result<(), CentreError> {
         let is_open = self.session.read().await.is_some();
         let mut roster = self.roster.write().await;
@@ -238,7 +241,8 @@ impl Hall {
         self.clone().admit(new).await
     }
 
-    /// Asks a station to take an instructor's remark. The answer is `done`, or says why not.
+    /// Asks a station to take an instructor's remark. The answer is `done`, or the reason of a
+    /// refusal.
     pub async fn remark(&self, who: &str, station: &str, text: &str) -> String {
         let roster = self.roster.read().await;
         let found = roster.stations.iter().find(|(_, name)| *name == station);

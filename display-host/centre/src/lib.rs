@@ -6,22 +6,22 @@
 //!                      page of instructors ◄═ HTTPS ═ calot-centre serve
 //! ```
 //!
-//! `calot tell` reads the station as a display does and knows no network. `calot-centre join` knows
-//! the network and nothing of the simulation. So zenoh and its many packages are no part of the
-//! display or of the realtime process, and a centre that hangs hangs neither.
+//! `calot tell` reads the station as a display does, and does not use the network. `calot-centre
+//! join` uses the network, and knows nothing of the simulation. So zenoh and its many packages are
+//! no part of the display or of the realtime process, and a centre that hangs holds up neither.
 //!
-//! # What travels
+//! # Messages
 //!
-//! [`topic`] names it. A state comes twice a second, and at once when an alarm does; it repeats the
-//! last alarms, so one that is lost on its way comes with the next. Pictures travel only while
-//! somebody looks, and make room for states. A result travels until it is answered.
+//! [`topic`] lists the messages. A station sends its state twice a second, and at once with an
+//! alarm. Each state repeats the last alarms, so a lost state loses no alarm. Pictures are sent
+//! only while somebody watches, and give way to states. A result is sent until it is answered.
 //!
 //! # Trust
 //!
-//! Both ends have certificates of one authority. A station may do everything below the name in its
-//! certificate and nothing elsewhere, if the list ([`roster`]) has it; a name that is taken off the
-//! list has no rights any more. What a station sends is checked on arrival. Instructors log in with
-//! a password over TLS. [`log`] tells who watched which station and when.
+//! Both ends have certificates of one authority. A station on the list ([`roster`]) may use all
+//! topics below the name in its certificate, and no others. A name that is taken off the list loses
+//! its rights. Everything that a station sends is checked on arrival. Instructors log in with a
+//! password over TLS. [`log`] records who watched which station and when.
 
 pub mod board;
 pub mod error;

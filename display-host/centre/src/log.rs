@@ -1,5 +1,5 @@
-//! The centre's log: who came in, who watched which station and when, what went wrong. A JSON
-//! object a line, appended and never changed.
+//! The centre's log: who logged in, who watched which station and when, what went wrong. Each line
+//! is a JSON object. Lines are appended and never changed.
 
 use std::fs::{File, OpenOptions};
 use std::io::{BufRead as _, BufReader, Seek as _, SeekFrom, Write as _};
@@ -15,7 +15,8 @@ use crate::state::Heard;
 
 /// Alarms in the log.
 pub const ALARM: &str = "alarm";
-/// Bytes at the end of the log that are read for alarms. They bound the start of a centre.
+/// Number of bytes at the end of the log that are searched for alarms. It bounds the time in which
+/// a centre starts.
 const READ_BACK: u64 = 4_000_000;
 
 /// The log.
@@ -49,7 +50,7 @@ impl Log {
         if file.seek(from).is_err() {
             return Vec::new();
         }
-        // The first line may be a piece of one, and a kill may have left another.
+        // The first line may be incomplete, and a kill may have left another incomplete line.
         let lines = BufReader::new(file).split(b'\n').map_while(Result::ok);
         let lines = lines.filter_map(|it| serde_json::from_slice::<Value>(&it).ok());
         let alarms = lines.filter(|it| it["what"] == ALARM);
@@ -60,8 +61,8 @@ impl Log {
         alarms.collect()
     }
 
-    /// Notes what happened. `who` and `station` may be empty. A disk that takes no more is told on
-    /// standard error.
+    /// Appends an entry. `who` and `station` may be empty. If the disk refuses it, a message on
+    /// standard error says so.
     pub fn note(&self, what: &str, who: &str, station: &str, detail: &Value) {
         let mut line = json!({"at_unix_ms": now_ms(), "what": what});
         for (key, value) in [("who", who), ("station", station)] {

@@ -133,7 +133,7 @@ fn main() -> ExitCode {
 
 #[tokio::main]
 async fn run(command: Command) -> ExitCode {
-    // The network's library says more if RUST_LOG asks for it.
+    // The network's library logs more if RUST_LOG asks for it.
     zenoh::try_init_log_from_env();
     let done = match command {
         Command::Serve(args) => serve(args).await,
@@ -220,7 +220,7 @@ async fn join(args: JoinArgs) -> Result<(), CentreError> {
 fn end_with(parent: i32) {
     use rustix::process::{Signal, getppid, set_parent_process_death_signal};
     let _ = set_parent_process_death_signal(Some(Signal::TERM));
-    // A parent that died before this took effect has left us to another process.
+    // If the parent died before this took effect, another process has adopted us.
     if getppid().map(|pid| pid.as_raw_nonzero().get()) != Some(parent) {
         std::process::exit(1);
     }

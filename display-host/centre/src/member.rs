@@ -1,5 +1,5 @@
-//! A station's end: starts `calot tell`, sends on what it says, and hands over what the centre
-//! asks.
+//! A station's end: starts `calot tell`, sends its frames to the centre, and passes the centre's
+//! requests on to it.
 
 use std::collections::BTreeMap;
 use std::convert::Infallible;
@@ -25,14 +25,14 @@ use crate::topic::Topic;
 
 /// Wait before the next try to reach the centre.
 const AGAIN: Duration = Duration::from_secs(2);
-/// Time after which a wish for pictures is forgotten, unless it is repeated.
+/// Time after which a request for pictures is forgotten, unless it is repeated.
 const WISH_HOLDS: Duration = Duration::from_secs(3);
 /// Interval at which results that wait are sent.
 const RESULTS_EVERY: Duration = Duration::from_secs(20);
 /// Longest wait for the last results when the station ends.
 const LAST_RESULTS: Duration = Duration::from_secs(10);
 
-/// A station as it tells of itself.
+/// A station that joins a centre.
 #[derive(Debug, Clone)]
 pub struct Member {
     /// Name of the station on this computer.
@@ -65,10 +65,10 @@ struct Line<'a> {
 }
 
 impl Member {
-    /// Tells the centre of the station until it ends, or this process is asked to end.
+    /// Reports the station to the centre until the station ends, or this process is asked to end.
     ///
     /// # Errors
-    /// If `calot tell` does not start, or speaks another language.
+    /// When `calot tell` does not start, or sends invalid frames.
     pub async fn run(&self) -> Result<(), CentreError> {
         let stop = signal(SignalKind::terminate());
         let mut stop = stop.map_err(|error| CentreError::Network {
@@ -103,8 +103,8 @@ impl Member {
         told
     }
 
-    /// Sends results that wait, again and again, beside what is told meanwhile. What does not
-    /// arrive waits in the store.
+    /// Sends waiting results at intervals, while reports go on. Results that do not arrive wait in
+    /// the store.
     async fn deliver(&self, session: &Session) -> Infallible {
         let Some(store) = &self.store else {
             return std::future::pending().await;
@@ -116,7 +116,7 @@ impl Member {
         }
     }
 
-    /// Tries until the centre is reached. Says once why it is not.
+    /// Tries until the centre is reached. Prints the reason of a failure once.
     async fn reach(&self) -> Session {
         let mut said = false;
         loop {
@@ -148,7 +148,8 @@ impl Member {
             let publisher = publisher.priority(priority).express(true).await;
             publisher.map_err(network("offering what the station tells"))
         };
-        // A state that is dropped comes again with the next one, and pictures make room for it.
+        // A dropped state does no harm, because the next one replaces it. Pictures give way to
+        // states.
         let line = Line {
             state: publish(Topic::State, Priority::InteractiveHigh).await?,
             tile: publish(Topic::Tile, Priority::DataLow).await?,
@@ -173,7 +174,7 @@ impl Member {
                         number += 1;
                         hand_over(&mut input, number, &query).await;
                         asked.insert(number, query);
-                        // Those that nobody answers are given up.
+                        // Acts that nobody answers are given up.
                         asked.retain(|id, _| id + 64 > number);
                     }
                     Some(News::Over(Some(error))) => return Err(error),
@@ -188,7 +189,7 @@ impl Member {
         }
     }
 
-    /// Takes what the centre asks.
+    /// Receives requests of the centre.
     async fn listen(&self, session: &Session, news: mpsc::Sender<News>) -> Result<(), CentreError> {
         let failed = || network("listening to the centre");
         let name = &self.keys.name;
@@ -224,7 +225,7 @@ impl Line<'_> {
             Kind::View => &self.view,
             Kind::Answer => return,
         };
-        // While the line is lost, the library finds no way: the next one may arrive.
+        // While the connection is lost, sending fails. The next message may arrive.
         let _ = publisher.put(body).await;
     }
 }

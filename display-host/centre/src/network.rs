@@ -1,14 +1,14 @@
 //! The network: zenoh over TLS, with certificates on both sides.
 //!
 //! The centre is zenoh's router. Stations connect to it and to nobody else, and do not learn of
-//! each other. zenoh lets a station do everything below its own certificate's name, and nothing
-//! elsewhere; a certificate that is not on the list may do nothing.
+//! each other. zenoh lets a station use the topics below the name in its certificate, and no
+//! others. A certificate that is not on the list gives no rights.
 //!
 //! zenoh's link over TLS (zenoh-link-tls 1.10.2, eclipse-zenoh/zenoh issue 2557) reads and writes
-//! one rustls connection without a lock. From two threads that broke lines: 4 stations lost 7 in 5
-//! minutes. So one thread does all of zenoh's work here, see [`on_one_thread`]. Its link over QUIC
-//! has no such fault, but UDP is blocked in many houses, and the end of a killed process shows
-//! late.
+//! one rustls connection without a lock. Two threads that did so broke connections: 4 stations lost
+//! 7 in 5 minutes. So one thread does all of zenoh's work here, see [`on_one_thread`]. zenoh's link
+//! over QUIC has no such fault. But UDP is blocked in many houses, and the end of a killed process
+//! is noticed late.
 
 use std::os::unix::process::CommandExt as _;
 use std::process::Command;
@@ -20,7 +20,7 @@ use crate::error::{CentreError, network};
 use crate::keys::Keys;
 use crate::roster::Roster;
 
-/// zenoh's setting for its threads, and its value: one thread, to which all others hand over.
+/// Environment variable for zenoh's threads, and its value: one thread does the work of all.
 const THREADS: (&str, &str) = (
     "ZENOH_RUNTIME",
     "(rx: (handover: tx), acc: (handover: tx), net: (handover: tx), app: (handover: tx), \
@@ -40,8 +40,8 @@ const MESSAGES: [&str; 9] = [
     "declare_liveliness_subscriber",
 ];
 
-/// Starts this program anew with the setting that gives zenoh one thread, unless it has it. zenoh
-/// takes that from the environment alone, which a running program cannot change safely.
+/// Restarts this program with the setting that gives zenoh one thread, unless the setting is there.
+/// zenoh reads it from the environment alone, which a running program cannot change safely.
 ///
 /// # Errors
 /// If the program does not start again.
@@ -109,7 +109,7 @@ pub async fn join(address: &str, keys: &Keys) -> Result<Session, CentreError> {
         .map_err(network("connecting to the centre"))
 }
 
-/// Settings of both ends: TLS only, nobody is searched for or told of.
+/// Settings of both ends: TLS only, and no search for other peers.
 fn common(tls: Value) -> Result<Config, CentreError> {
     if !has_one_thread() {
         return Err(CentreError::Threads(THREADS.0, THREADS.1));

@@ -1,4 +1,4 @@
-//! Many stations from one recording of what `calot tell` wrote, to try a centre out.
+//! Plays one recording of `calot tell` as many stations, to try out a centre.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -28,7 +28,7 @@ struct Frame {
     state: Option<State>,
 }
 
-/// Reads a recording. Its time is that of the simulation's ticks.
+/// Reads a recording. The simulation's ticks give the times of its frames.
 async fn recording(path: &PathBuf) -> Result<Vec<Frame>, CentreError> {
     let unreadable = |problem: String| CentreError::File {
         path: path.clone(),
@@ -59,8 +59,8 @@ async fn recording(path: &PathBuf) -> Result<Vec<Frame>, CentreError> {
     }
 }
 
-/// Plays a recording as a station for each folder of keys, over and over. Prints a JSON object a
-/// line for each alarm when it is sent.
+/// Plays a recording as a station for each folder of keys, over and over. When an alarm is sent,
+/// prints it as a JSON object on a line.
 ///
 /// # Errors
 /// If the recording cannot be read, or the centre is not reached.
@@ -106,7 +106,8 @@ async fn play(
         let _ = wish.send(["tile_hz", "view_hz"].map(is_wanted));
     });
     wants.background().await.map_err(failed())?;
-    // Each station begins elsewhere, so that they do not all do the same at once.
+    // Each station begins at another place of the recording, so that they do not all do the same at
+    // once.
     let length = frames.last().map_or(Duration::ZERO, |it| it.at);
     let mut skip = length.mul_f64(number as f64 * 0.382 % 1.0);
     loop {

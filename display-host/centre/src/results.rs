@@ -1,5 +1,5 @@
-//! Results on their way from a station's store to that of the centre. What has no note in the
-//! station's store waits there, so a station that is offline for weeks loses nothing.
+//! Sends results from a station's store to the centre's. A result waits in the station's store
+//! until a note there says that it arrived, so a station that is offline for weeks loses nothing.
 
 use std::path::Path;
 use std::time::Duration;
@@ -26,7 +26,7 @@ enum Sent {
     Forget(Withdrawal),
 }
 
-/// Takes what a station sent into the centre's store. The answer says what became of it.
+/// Puts a received result into the centre's store. The answer says what became of it.
 pub fn take(store: &Path, sent: &[u8]) -> Value {
     let sent: Sent = match serde_json::from_slice(sent) {
         Ok(sent) => sent,
@@ -46,7 +46,7 @@ pub fn take(store: &Path, sent: &[u8]) -> Value {
     }
 }
 
-/// Sends what the centre lacks. Returns how much arrived.
+/// Sends the results that the centre lacks. Returns how many arrived.
 ///
 /// # Errors
 /// If the store cannot be read, or the centre does not answer.

@@ -39,7 +39,8 @@ struct InstructorEntry {
 /// Rights of stations and instructors.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Roster {
-    /// Stations by the common names of their certificates. What is not here has no rights.
+    /// Stations by the common names of their certificates. A name that is missing here has no
+    /// rights.
     pub stations: BTreeMap<String, String>,
     /// Instructors by name.
     pub instructors: BTreeMap<String, Instructor>,
@@ -54,7 +55,7 @@ pub struct Instructor {
 }
 
 impl Instructor {
-    /// True if this is the person's password. Takes a while, on purpose.
+    /// True if this is the person's password. The check is slow on purpose.
     #[must_use]
     pub fn has(&self, password: &str) -> bool {
         let Ok(hash) = PasswordHash::new(&self.password) else {

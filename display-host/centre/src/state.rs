@@ -1,5 +1,5 @@
-//! The state of a station, as `calot tell` writes it. A station may be foreign: only what these
-//! types hold goes on to instructors.
+//! The state of a station, as `calot tell` writes it. A station is not trusted: only the fields of
+//! these types reach instructors.
 
 use serde::{Deserialize, Serialize};
 
@@ -24,7 +24,7 @@ pub struct Alarm {
     pub number: u64,
     /// Time of the task, s.
     pub at_s: f64,
-    /// Text.
+    /// Its text.
     pub text: Said,
 }
 
@@ -33,7 +33,7 @@ pub struct Alarm {
 pub struct Heard {
     /// Time of arrival, ms since 1970.
     pub at_unix_ms: u64,
-    /// Operation in which it came.
+    /// Operation in which it arose.
     pub operation: u64,
     /// The trainee of that operation.
     pub trainee: Option<String>,
@@ -92,12 +92,12 @@ pub struct State {
     pub task: Option<Task>,
     /// Alarms so far.
     pub alarms: u64,
-    /// The newest of them.
+    /// The newest alarms.
     pub newest_alarms: Vec<Alarm>,
 }
 
 impl State {
-    /// Reads a state; `None`: it is none, or beyond all measure.
+    /// Reads a state. `None` if the bytes are no state, or are too many, or if a text is too long.
     #[must_use]
     pub fn parse(bytes: &[u8]) -> Option<Self> {
         if bytes.len() > STATE_MAX {
@@ -126,7 +126,7 @@ impl State {
 pub(crate) mod tests {
     use super::*;
 
-    /// A state with this many alarms, of which the last 32 are told.
+    /// A state with this many alarms, of which it repeats the last 32.
     pub(crate) fn state(operation: u64, alarms: u64) -> State {
         let said = |text: &str| Said {
             en: text.to_owned(),

@@ -8,7 +8,7 @@ use tokio::process::{Child, ChildStdin, Command};
 
 use crate::error::CentreError;
 
-/// Starts it for a station of this computer.
+/// Starts `calot tell` for a station of this computer.
 pub(crate) fn start(
     program: &Path,
     station: &str,
@@ -28,7 +28,7 @@ pub(crate) fn start(
     })
 }
 
-/// Writes a line to `calot tell`. If it has ended, its frames say so.
+/// Writes a line to `calot tell`. If the program has ended, the end of its frames shows that.
 pub(crate) async fn write(input: &mut ChildStdin, line: &[u8]) {
     let is_line = line.len() < 2000 && !line.contains(&b'\n');
     if is_line && input.write_all(&[line, b"\n"].concat()).await.is_ok() {

@@ -1,5 +1,5 @@
-//! Names of what travels. Everything of a station lies below its own name, so one rule tells what
-//! its certificate may do.
+//! Names of the messages. All messages of a station lie below its own name, so one rule gives the
+//! rights of its certificate.
 //!
 //! | name | from → to | content |
 //! |---|---|---|
@@ -10,10 +10,10 @@
 //! | `calot/NAME/act` | centre → station | an act, JSON; answered |
 //! | `calot/NAME/result` | station → centre | a session, or a forgetting, JSON; answered |
 
-/// Kind of what travels.
+/// Kind of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Topic {
-    /// The station is there.
+    /// The station is connected.
     Presence,
     /// Its state.
     State,

@@ -11,7 +11,7 @@ use ureq::http::Uri;
 use crate::error::{DeliverError, printable};
 use crate::secret;
 
-/// Problem of an address in which a password may have fallen apart.
+/// Problem of an address in which a password may have been split.
 const UNESCAPED: &str = "an '@' stands where none belongs. In a user or a password, write '@' as %40, '/' as %2F, \
     ':' as %3A, '#' as %23 and '?' as %3F";
 /// Problem of an address that makes no sense.
@@ -22,10 +22,10 @@ const UNREADABLE: &str = "it cannot be read, and is not repeated because it may 
 #[derive(Debug)]
 pub struct Destination {
     pub(crate) kind: Kind,
-    /// Address without user and password: the name of the centre in the store, one for all its
-    /// spellings.
+    /// Address without user and password. It names the centre in the store, and all spellings of
+    /// the address have one name.
     pub(crate) name: String,
-    /// Name as earlier versions wrote it: just as it was spelled.
+    /// Name that earlier versions wrote: the address as it was spelled.
     pub(crate) spelled: String,
     pub(crate) authorities: Vec<rustls::pki_types::CertificateDer<'static>>,
 }
@@ -53,7 +53,8 @@ impl fmt::Debug for Key {
 
 impl Destination {
     /// The centre at an address from the command line, which must not hold a password. `ca` names
-    /// the authority of the centre's certificate; without it, those that the computer trusts count.
+    /// the authority of the centre's certificate. Without `ca`, the authorities count that the
+    /// computer trusts.
     ///
     /// # Errors
     /// [`DeliverError::Address`], [`DeliverError::Shown`], [`DeliverError::NoPassword`] and
@@ -258,7 +259,7 @@ fn plain_host(host: &str) -> String {
     host.trim_end_matches('.').to_ascii_lowercase()
 }
 
-/// Refuses an address of which a part of a password could pass for a host, a path or a parameter.
+/// Refuses an address if a part of a password could pass for its host, path or parameter.
 fn check_escapes(address: &str) -> Result<(), DeliverError> {
     let rest = address.split_once("://").map_or(address, |(_, rest)| rest);
     let is_plain = match rest.split_once('@') {
@@ -271,7 +272,7 @@ fn check_escapes(address: &str) -> Result<(), DeliverError> {
     }
 }
 
-/// Refuses an address, of which no more than the scheme is shown.
+/// The error for a refused address. It shows only the address's scheme.
 fn refused(address: &str, problem: &str) -> DeliverError {
     let known = ["postgres://", "postgresql://", "https://", "http://"];
     let scheme = known.into_iter().find(|it| address.starts_with(it));

@@ -8,29 +8,29 @@ use crate::error::DeliverError;
 
 /// Longest wait for one answer of a centre.
 pub const PATIENCE: Duration = Duration::from_secs(30);
-/// Longest wait until a connection stands.
+/// Longest wait until a connection is made.
 pub(crate) const CONNECT: Duration = Duration::from_secs(10);
 
-/// Fate of a result at a centre.
+/// A centre's answer to a result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Receipt {
-    /// It is there now.
+    /// The centre holds it now.
     New,
-    /// It was there already.
+    /// The centre held it already.
     Known,
-    /// The centre holds another result of this id, which stays.
+    /// The centre holds another result with this id, and keeps it.
     Differs,
     /// The centre forgot the person after the session began.
     Forgotten,
-    /// Such a centre does not take it.
+    /// A centre of this kind takes no such result.
     LeftOut,
 }
 
 /// A connected centre.
 pub(crate) trait Centre {
-    /// Delivers a session. A second delivery of the same session changes nothing.
+    /// Delivers a session. A repetition changes nothing.
     fn deliver(&mut self, it: &Outgoing) -> Result<Receipt, DeliverError>;
 
-    /// Forgets a person as far as known until then. A second time changes nothing.
+    /// Forgets all data of a person up to that time. A repetition changes nothing.
     fn forget(&mut self, it: &Withdrawal) -> Result<(), DeliverError>;
 }

@@ -1,5 +1,5 @@
-//! A centre in PostgreSQL. Each session is one transaction; a lock for each person orders it
-//! against the forgetting of that person.
+//! A centre in PostgreSQL. Each session is one transaction. A lock for each person decides which
+//! comes first: a session of the person, or the forgetting of the person.
 
 use std::error::Error as _;
 use std::future::Future;
@@ -192,7 +192,7 @@ async fn deliver(
     let added = change.execute(&insert(), &row.values()).await?;
     let [lasting @ .., site] = row.values();
     if added == 0 && !change.query_one(&same(), &lasting).await?.get::<_, bool>(0) {
-        // The trainee is not kept on account of a session that the centre has from elsewhere.
+        // No trainee is added because of a session that the centre has from elsewhere.
         return Ok(Receipt::Differs);
     }
     change.execute(FILL_SITE, &[&row.id, site]).await?;
@@ -213,7 +213,7 @@ async fn deliver(
     })
 }
 
-/// Notes cohort and consent of a person, unless something later is known.
+/// Stores cohort and consent of a person, unless a later statement is known.
 async fn enrol(
     change: &Transaction<'_>,
     it: &Outgoing,
@@ -254,7 +254,7 @@ async fn forget(
     change
         .execute(remove, &[&person, &at_unix_s, &sessions])
         .await?;
-    // Somebody who came back stays, without what was told before.
+    // A person who came back stays, without the earlier statements.
     change.execute(PLAIN, &[&person, &at_unix_s]).await?;
     let gone = "DELETE FROM calot.trainee WHERE person = $1 \
                 AND NOT EXISTS (SELECT FROM calot.session WHERE person = $1)";
@@ -342,11 +342,11 @@ fn refused(to: &str, error: &tokio_postgres::Error) -> DeliverError {
         return DeliverError::Rights { to, problem };
     }
     match class {
-        // Who may come in, and whether there is such a database.
+        // Refused logins, and missing databases.
         "28" | "3D" => DeliverError::Access { to, problem },
-        // What the values are.
+        // Unfit values.
         "22" | "23" => DeliverError::Rejected { to, problem },
-        // The connection, room, a server that stops, a lock: it may be better next time.
+        // Connection, space, a server that stops, a lock: a later try may succeed.
         "08" | "53" | "57" | "40" | "55" => DeliverError::Unreachable { to, problem },
         _ => DeliverError::Answer {
             to,

@@ -7,7 +7,7 @@ use store::StoreError;
 /// Reasons for which results do not reach a centre. What was not delivered stays in the store.
 #[derive(Debug, thiserror::Error)]
 pub enum DeliverError {
-    /// The address is of no centre.
+    /// No centre can have this address.
     #[error(
         "'{given}' is no address of a centre: {problem}. Allowed are postgres://USER@HOST:PORT/DATABASE, and \
          https://HOST/PATH of a learning record store"
@@ -68,7 +68,7 @@ pub enum DeliverError {
         /// The problem.
         problem: String,
     },
-    /// The centre lets this user do nothing.
+    /// The centre gives this user no access.
     #[error(
         "{to} refuses this user or password ({problem}). Ask whoever runs the centre for the right ones"
     )]
@@ -78,7 +78,7 @@ pub enum DeliverError {
         /// Answer of the centre.
         problem: String,
     },
-    /// The user may not do what a delivery needs.
+    /// The user lacks a right that a delivery needs.
     #[error(
         "{to}: this user may not do that ({problem}). Let the owner of the database run `calot store push` once, which \
          makes the tables, then: GRANT USAGE ON SCHEMA calot TO the_station; GRANT SELECT, INSERT, UPDATE, DELETE ON \

@@ -6,11 +6,11 @@
 //!                 └─► xapi       statements
 //! ```
 //!
-//! The store itself is the spool: what has no note waits. Every result has an id that each try
-//! derives alike (of a statement: a UUID of version 5 from session and person), and the centre
-//! keeps the first result of an id. So a result arrives once, even if a program dies between
-//! delivery and note, or two programs deliver at the same time. A person who was forgotten here is
-//! forgotten at the centre by the next push that reaches it.
+//! The store itself is the queue: a result without a note waits. Each try derives the same id for a
+//! result (for a statement, a UUID of version 5 from session and person), and the centre keeps the
+//! first result with an id. So a result arrives once, even if a program dies between delivery and
+//! note, or two programs deliver at the same time. The next push that reaches a centre also makes
+//! the centre forget persons who were forgotten here.
 //!
 //! Nothing waits longer than [`PATIENCE`] for an answer. No password is printed or kept.
 

@@ -1,4 +1,4 @@
-//! A push: first a centre forgets whom the store forgot, then it gets what it lacks.
+//! A push: first the centre forgets whom the store forgot, then it gets the results that it lacks.
 
 use std::collections::BTreeSet;
 
@@ -11,7 +11,8 @@ use crate::database::Database;
 use crate::error::DeliverError;
 use crate::xapi::Records;
 
-/// Sessions whose fate is noted together. A program that dies sends as many again at most.
+/// Number of sessions whose outcomes are noted together. After a program has died, at most so many
+/// are sent again.
 const PART: usize = 32;
 
 /// Result of a push.
@@ -23,9 +24,10 @@ pub struct Pushed {
     pub sent: u64,
     /// Sessions that the centre had already.
     pub known: u64,
-    /// Sessions that the centre has with other contents, which stay.
+    /// Sessions that the centre has with other contents, which it keeps.
     pub differing: Vec<String>,
-    /// Sessions that such a centre does not take: a record store takes none of a scripted hand.
+    /// Sessions that this kind of centre does not take: a record store takes none of a scripted
+    /// hand.
     pub left_out: u64,
     /// Trainees who are here and were forgotten at the centre after their sessions began.
     pub forgotten_there: BTreeSet<String>,
@@ -35,7 +37,8 @@ pub struct Pushed {
     pub refused: Vec<Refusal>,
     /// Sessions, and forgotten people, that wait in the store.
     pub waiting: u64,
-    /// Other addresses that still have to forget somebody. It may be one centre, spelled otherwise.
+    /// Other addresses that still have to forget somebody. One may be another spelling of this
+    /// centre.
     pub owed_elsewhere: Vec<String>,
     /// Reason for which the push ended early.
     pub problem: Option<String>,
@@ -50,8 +53,8 @@ pub struct Refusal {
     pub problem: String,
 }
 
-/// Delivers what a centre lacks, and has it forget whom the store forgot. What does not arrive
-/// waits in the store; the result says how much that is, and why.
+/// Delivers the results that a centre lacks, and makes it forget whom the store forgot. Results
+/// that do not arrive wait in the store; the outcome gives their number and the reason.
 ///
 /// # Errors
 /// [`DeliverError::Store`], when the store cannot be read or written.
@@ -104,7 +107,7 @@ fn withdraw(
     Ok(())
 }
 
-/// Delivers sessions and notes their fate together, also of those before one that failed.
+/// Delivers sessions and notes their outcomes together, including those before one that failed.
 fn deliver(
     store: &mut Store,
     destination: i64,

@@ -8,14 +8,15 @@
 //! | `forgotten` | a person who was forgotten; sessions that began by then stay out |
 //! | `setting` | a setting by name; `version`: the number of [`STEPS`] that were taken |
 //!
-//! In `trainee`, `cohort_unix_s` and `consent_unix_s` say when that was told; NULL: unknown. The
-//! later telling counts (`store::Told`). Before step 4 they were the start of the newest session
-//! that came with it.
+//! In `trainee`, `cohort_unix_s` and `consent_unix_s` give the time of the statement; NULL:
+//! unknown. The later statement counts (`store::Told`). Before step 4 the time was the start of the
+//! newest session that came with the statement.
 
 /// Version of the tables that this program needs.
 pub(crate) const VERSION: usize = STEPS.len();
 
-/// SQL that makes the tables, step by step. A centre of an older version takes those that it lacks.
+/// SQL that makes the tables, step by step. A centre of an older version takes the steps that it
+/// lacks.
 pub(crate) const STEPS: [&str; 4] = [FIRST, SECOND, THIRD, FOURTH];
 
 const FIRST: &str = "
@@ -74,7 +75,7 @@ const THIRD: &str = "
 ALTER TABLE calot.trainee ADD COLUMN cohort_unix_s bigint, ADD COLUMN consent_unix_s bigint;
 ";
 
-// What nobody told has no time.
+// A cohort or consent that nobody stated has no time.
 const FOURTH: &str = "
 UPDATE calot.trainee SET cohort_unix_s = NULL WHERE cohort = '';
 UPDATE calot.trainee SET consent_unix_s = NULL WHERE consent = 'unknown';
@@ -85,7 +86,7 @@ const COLUMNS: &str = "id, person, began_unix_s, task, difficulty, outcome, scor
     scene, program, hand, realtime, missed_ticks, device, driver, site";
 const SLOTS: &str =
     "$1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18";
-/// Columns of a session but its site, which may be named later.
+/// Columns of a session except its site, which may be named later.
 const LASTING: &str = "id, person, began_unix_s, task, difficulty, outcome, score, alarms, metrics_version, metrics, \
     scene, program, hand, realtime, missed_ticks, device, driver";
 
@@ -107,7 +108,7 @@ pub(crate) fn same() -> String {
 pub(crate) const FILL_SITE: &str =
     "UPDATE calot.session SET site = $2 WHERE id = $1 AND site = '' AND $2 <> ''";
 
-/// Cohort and consent of a person, with the times of their telling.
+/// Cohort and consent of a person, with the times of the statements.
 pub(crate) const KNOWN: &str =
     "SELECT cohort, cohort_unix_s, consent, consent_unix_s FROM calot.trainee WHERE person = $1";
 
@@ -118,12 +119,12 @@ pub(crate) const ENROL: &str = "INSERT INTO calot.trainee \
     cohort = excluded.cohort, cohort_unix_s = excluded.cohort_unix_s, \
     consent = excluded.consent, consent_unix_s = excluded.consent_unix_s";
 
-/// Takes from a person what was told until a forgetting.
+/// Removes what a person stated before a forgetting.
 pub(crate) const PLAIN: &str = "UPDATE calot.trainee SET \
     cohort = CASE WHEN cohort_unix_s > $2 THEN cohort ELSE '' END, \
     consent = CASE WHEN consent_unix_s > $2 THEN consent ELSE 'unknown' END WHERE person = $1";
 
-/// Time of a forgetting, as far as it is not in the future: a station's clock may be years ahead.
+/// Time of a forgetting, but no later than now: a station's clock may be years ahead.
 pub(crate) const CAPPED: &str = "SELECT least($1, extract(epoch FROM clock_timestamp())::bigint)";
 
 /// Removes a rater's sheet, before it is added anew.

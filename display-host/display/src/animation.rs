@@ -16,8 +16,8 @@ const COLOURS: usize = 128;
 /// Largest change of a channel (0 to 255) at which a pixel counts as unchanged. Film grain changes
 /// less.
 const SAME_MAX: u8 = 12;
-/// Distance of the pixels from which the palette is made, pixels. For more than
-/// [`DENSE_PICTURES_MAX`] pictures the distance is a multiple of this, so the number of samples
+/// Spacing of the pixels from which the palette is made, pixels. For more than
+/// [`DENSE_PICTURES_MAX`] pictures the spacing is a multiple of this, so the number of samples
 /// hardly grows.
 const SAMPLE_STEP_PX: usize = 7;
 /// Number of pictures above which the samples are farther apart.

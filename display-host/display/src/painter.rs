@@ -162,7 +162,7 @@ impl Painter {
         }
     }
 
-    /// Waits for the thread to draw what was ordered and to end. Returns its results.
+    /// Waits for the thread to draw the ordered pictures and to end. Returns its results.
     pub(crate) fn end(mut self) -> Painted {
         self.orders = None;
         if let Some(thread) = self.thread.take() {
@@ -212,7 +212,7 @@ fn paint_all(
             return Ok(());
         }
         let spheres = still.state.spheres().unwrap_or(&[]);
-        // A still without effects leaves those of the run as they are.
+        // A still without effects leaves the effects of the run as they are.
         let mut apart = None;
         match &still.effects {
             Some(stretch) => stretch.play(&mut renderer, spheres),

@@ -250,7 +250,7 @@ impl<T> Order<T> {
         let left_out = match self.last {
             _ if exact.is_some() => exact.unwrap_or_default() as u32,
             Some((swapchain, last)) if serial < last => {
-                // The driver began to count anew: nothing more comes of the old swapchain.
+                // The driver began to count anew. It reports no more pictures of the old swapchain.
                 while self.waiting.front().is_some_and(|it| it.0 <= swapchain) {
                     self.waiting.pop_front();
                 }

@@ -11,8 +11,8 @@ const WIDTH: usize = 5;
 const HEIGHT: usize = 18;
 /// Room for the axis of time and the legend.
 const BELOW: usize = 52;
-/// Colours of the legend, from little to much; also in order without colour (Wong 2011: dark means
-/// much).
+/// Colours of the legend, from little to much. Their order shows without colour, too (Wong 2011:
+/// dark means much).
 const COLOURS: [&str; 6] = [
     "#f2f2f2", "#d6e4ee", "#a9c8de", "#e6b35a", "#cf6a2f", "#7a1f1f",
 ];
@@ -27,7 +27,7 @@ pub struct Band<'a> {
 }
 
 /// Draws the bands over a time of `seconds`. `bounds` are the values at which the colours change,
-/// and `unit` is theirs. `None` if there is nothing to draw.
+/// in this `unit`. `None` if there is nothing to draw.
 #[must_use]
 pub fn bands(all: &[Band<'_>], seconds: f64, bounds: [f64; 5], unit: &str) -> Option<String> {
     let steps = all.iter().map(|band| band.values.len()).max()?;

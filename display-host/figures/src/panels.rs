@@ -73,7 +73,7 @@ pub fn panels(panels: &[Panel], columns: usize) -> Result<String, String> {
     panels_from(panels, columns, 0)
 }
 
-/// Draws panels as [`panels`] does, with the colours from number `first` on. Number 7 is green,
+/// Draws panels as [`panels`] does, with colours that start at number `first`. Number 7 is green,
 /// 8 is black.
 ///
 /// # Errors

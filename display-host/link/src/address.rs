@@ -16,7 +16,7 @@ use rustls::{CertificateError, RootCertStore};
 use crate::error::LinkError;
 use crate::reason::of_own;
 
-/// Name under which a station looks at its own certificate: that of nobody.
+/// Name under which a station looks at its own certificate. Nobody has this name.
 const ANY_NAME: &str = "station.invalid";
 
 /// Certificate files of one peer.
@@ -146,7 +146,7 @@ impl Keys {
         ))
     }
 
-    /// Judgement of a watcher about this station's certificate, so long from now.
+    /// A watcher's judgement of this station's certificate, this long from now.
     fn verified(&self, later: Duration) -> Result<Result<(), CertificateError>, LinkError> {
         let (roots, (chain, _)) = (Arc::new(self.authority()?), self.own()?);
         let refused = |error: &dyn core::fmt::Display| self.refused(&self.certificate, error);

@@ -19,8 +19,8 @@ const BATCHES_KEPT: usize = 64;
 /// Past events that a new watcher receives: as many as a new display gets from shared memory.
 const EVENTS_FIRST: u64 = 64;
 
-/// Age from which on the last message about a task counts as that of a finished task, ns. During a
-/// task, the process that assesses it sends a message every 50 ms.
+/// Age of the last message about a task above which the task counts as finished, ns. During a task,
+/// the process that assesses it sends a message every 50 ms.
 const TASK_KEPT_NS: u64 = 5_000_000_000;
 
 /// The newest data of a station, and its last events and timing batches. Its size is bounded.

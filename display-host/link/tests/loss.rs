@@ -106,7 +106,7 @@ fn a_scene_goes_on_where_it_stood_when_the_line_was_lost() {
         (0, 2, 2),
         "{asked:?}"
     );
-    // What was asked for when the line broke is asked for again, and nothing twice.
+    // A question that was open when the line broke is asked again. No other question is.
     assert_eq!([second[0], third[0]], [first[1], second[1]], "{asked:?}");
     let rises = |it: &[u64]| it.is_sorted_by(|a, b| a < b);
     assert!(

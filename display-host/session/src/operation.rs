@@ -36,7 +36,7 @@ impl Operation {
     /// Opens a session and reads up to the first entry of its course.
     ///
     /// # Errors
-    /// See [`ReadError`]. A session without a course, as older programs wrote it, is an error, too.
+    /// See [`ReadError`]. A session without a course is an error, too; older programs wrote such.
     pub fn open(path: &Path) -> Result<Self, ReadError> {
         let (bytes, source) = opened::source(path)?;
         Self::read(path, bytes, source)
@@ -74,8 +74,8 @@ impl Operation {
         self.opened.done()
     }
 
-    /// The recorder's final record. Present once everything is read, unless the session is cut off,
-    /// damaged, or of a program that did not write it.
+    /// The recorder's final record. Present once everything is read, unless the session is cut off
+    /// or damaged, or its program wrote no such record.
     #[must_use]
     pub fn finish(&self) -> Option<Finish> {
         self.opened.finish

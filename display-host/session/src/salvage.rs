@@ -16,7 +16,8 @@ const WINDOW_BYTES: usize = 1 << 20;
 const BEGINNING_BYTES: usize = HEAD_BYTES + CHUNK_HEAD_BYTES as usize;
 /// Step over a part of the disk that cannot be read, bytes.
 const SECTOR_BYTES: u64 = 4096;
-/// Most bytes that are read in vain. A hostile file may hold a beginning in every byte.
+/// Largest number of bytes that are read without finding a whole record. A hostile file may hold a
+/// beginning in every byte.
 const VAIN_MAX_BYTES: u64 = 1 << 30;
 
 /// Place of the next whole chunk, metadata record or scene in the first `length` bytes of a file,

@@ -1,6 +1,6 @@
-//! A centre of many stations: `calot centre`, and the process that tells one of this station. Both
-//! are the program `calot-centre`, which stands beside this one, so that its packages are no part
-//! of the station's programs.
+//! `calot centre`, a centre of many stations, and the process that reports this station to a
+//! centre. Both are the program `calot-centre`, a file beside this program, so that this program
+//! does not contain its packages.
 
 use std::ffi::OsString;
 use std::os::unix::process::CommandExt as _;
@@ -18,7 +18,7 @@ use crate::say;
 
 /// Name of the program.
 const PROGRAM: &str = "calot-centre";
-/// Longest wait for the process that tells the centre. It sends the last results.
+/// Longest wait for the reporting process to send the last results and end.
 const PATIENCE: Duration = Duration::from_secs(13);
 
 #[derive(Debug, Clone, Args)]
@@ -37,7 +37,7 @@ pub(crate) struct CentreArgs {
 pub(crate) fn run(args: &CentreArgs) -> Result<ExitCode, Problem> {
     let program = match program() {
         Ok(program) => program,
-        // Help helps without the program, too.
+        // `--help` works even if the program is missing.
         Err(problem) if args.arguments.iter().any(|it| it == "--help" || it == "-h") => {
             println!("`calot centre` is a program of its own, and {problem}");
             return Ok(ExitCode::SUCCESS);
@@ -61,12 +61,13 @@ fn program() -> Result<PathBuf, Problem> {
     }
 }
 
-/// A centre that will hear of this station.
+/// A centre to which this station will be reported.
 #[derive(Debug)]
 pub(crate) struct Centre(Command);
 
 impl Centre {
-    /// The centre that the user or the station file names. Its program and its keys are there.
+    /// The centre that the user or the station file names. Fails if its program or its keys are
+    /// missing.
     pub(crate) fn of(args: &RunArgs) -> Result<Option<Self>, Problem> {
         let Some((address, keys)) = named(args)? else {
             return Ok(None);
@@ -84,7 +85,7 @@ impl Centre {
         Ok(Some(Self(command)))
     }
 
-    /// Starts the process that tells the centre.
+    /// Starts the process that reports to the centre.
     pub(crate) fn tell(mut self) -> Result<Told, Problem> {
         match self.0.spawn() {
             Ok(child) => Ok(Told(child)),
@@ -93,9 +94,9 @@ impl Centre {
     }
 }
 
-/// Address and folder of keys. What is asked on the command line comes before the station file.
+/// Address, and folder of keys. The command line overrides the station file.
 fn named(args: &RunArgs) -> Result<Option<(String, PathBuf)>, Problem> {
-    // The run that started the station tells of it.
+    // The run that started the station reports it.
     if args.attach {
         return Ok(None);
     }
@@ -121,12 +122,12 @@ fn named(args: &RunArgs) -> Result<Option<(String, PathBuf)>, Problem> {
     Ok(Some((address, keys)))
 }
 
-/// A process that tells a centre of this station. The run goes on without it.
+/// The process that reports this station to a centre. The run goes on without it.
 #[derive(Debug)]
 pub(crate) struct Told(Child);
 
 impl Told {
-    /// Ends the process, which sends the last results before.
+    /// Lets the process send the last results, and ends it.
     pub(crate) fn end(mut self) {
         if let Ok(Some(status)) = self.0.try_wait() {
             if !status.success() {
@@ -146,7 +147,7 @@ impl Told {
             }
             std::thread::sleep(Duration::from_millis(10));
         }
-        // What it did not send waits in the store.
+        // Results that were not sent wait in the store.
         let _ = self.0.kill();
         let _ = self.0.wait();
     }

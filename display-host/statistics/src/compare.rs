@@ -198,8 +198,8 @@ mod tests {
         // Of 165 ways to draw three of eleven, one is this far off on each side.
         let above: Vec<f64> = (4..12).map(f64::from).collect();
         assert!((p(&[1.0, 2.0, 3.0], &above) - 2.0 / 165.0).abs() < 1e-12);
-        // Ranks 1.5, 1.5, 3.5, 3.5, 5: of ten ways to draw two, these sums are the least (3) and
-        // greatest (8.5): one way and two.
+        // Ranks 1.5, 1.5, 3.5, 3.5, 5. Of the ten ways to draw two, one gives the least sum (3),
+        // and two give the greatest (8.5).
         let sums = p(&[1.0, 1.0], &[2.0, 2.0, 3.0]);
         assert!((sums - 0.1).abs() < 1e-12, "{sums}");
         assert!((p(&[1.0], &[1.0]) - 1.0).abs() < 1e-12);

@@ -14,7 +14,7 @@ pub struct Learning {
     pub plateau: f64,
     /// Value of the curve at the first session.
     pub first: f64,
-    /// Session from which on the curve is within a tenth of the plateau, at least 1; `None`: the
+    /// First session at which the curve is within a tenth of the plateau, at least 1; `None`: the
     /// plateau is zero.
     pub sessions: Option<f64>,
     /// Share of the variance that the curve explains, 0 to 1.

@@ -135,7 +135,7 @@ pub enum StoreError {
         rater_in_words(rater)
     )]
     Rated {
-        /// Name of the rater; empty: not told.
+        /// Name of the rater; empty: none.
         rater: String,
         /// Name of the sheet.
         sheet: String,
@@ -144,7 +144,7 @@ pub enum StoreError {
     },
 }
 
-/// A rater as the subject of a sentence; `rater` is empty if not told.
+/// A rater as the subject of a sentence; `rater` is the name, which may be empty.
 #[must_use]
 pub fn rater_in_words(rater: &str) -> String {
     match rater {

@@ -4,8 +4,8 @@
 //! which it cannot be read. Two stores need no common secret: the mark of a name contains the
 //! random key of its hash. A session's id has 74 random bits and needs no key.
 //!
-//! A mark of a name says when the person was forgotten. What began by then stays out. A person who
-//! comes back by own wish works a new session, which counts.
+//! The mark of a name gives the time of the forgetting. Sessions that began by then stay out. A
+//! person who comes back by choice works a new session, which counts.
 //!
 //! Whoever can read the file can test whether a guessed name was forgotten. A name has too few
 //! letters to prevent that.
@@ -111,9 +111,9 @@ pub struct Gone {
 
 impl Store {
     /// Deletes a trainee with all sessions, sheets and answers, and overwrites the data. Leaves
-    /// marks by which [`Store::merge`] keeps out what began until `at_unix_s`, and an errand to
-    /// each centre ([`Store::withdrawals`]). Success means that the trainee is gone, even if the
-    /// file cannot be made smaller.
+    /// marks by which [`Store::merge`] keeps out sessions that began until `at_unix_s`, and a
+    /// withdrawal for each centre ([`Store::withdrawals`]). Success means that the trainee is gone,
+    /// even if the file cannot be made smaller.
     ///
     /// # Errors
     /// When no trainee has this name, the file cannot be written, or the deleted data would stay in

@@ -44,7 +44,7 @@ pub struct Sheet {
 pub struct SheetItem {
     /// Key under which points are stored.
     pub id: String,
-    /// Name of what is scored.
+    /// Name of the scored skill or event.
     pub text: String,
     /// Meaning of some of the points; the points are the keys.
     #[serde(default)]

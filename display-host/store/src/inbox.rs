@@ -1,5 +1,5 @@
-//! Results that stations send, as the store of a centre takes them: each once, and nothing of a
-//! person who was forgotten since.
+//! Takes results from stations into the store of a centre: each once, and none of a person who was
+//! forgotten since.
 
 use rusqlite::{OptionalExtension as _, params};
 
@@ -12,7 +12,7 @@ use crate::told::{TOLD, told_of};
 use crate::withdrawal::{Withdrawal, person_id};
 
 impl Store {
-    /// Takes a session of a station. A second time changes nothing.
+    /// Takes a session of a station. A repetition changes nothing.
     ///
     /// # Errors
     /// When a value is invalid, or the file cannot be read or written.
@@ -31,7 +31,7 @@ impl Store {
         if mark.is_some() {
             return Ok(Delivery::Forgotten);
         }
-        // The path of a recording is one of the station.
+        // The path of a recording means nothing outside of its station.
         let session = SessionRecord {
             file: None,
             ..it.session.clone()
@@ -64,7 +64,8 @@ impl Store {
         }))
     }
 
-    /// Takes what came with a session: cohort, consent, sheets, a site that was named later.
+    /// Takes the data that came with a session: cohort, consent, sheets, a site that was named
+    /// later.
     fn learn(&mut self, it: &Outgoing) -> Result<(), StoreError> {
         let path = self.path().to_owned();
         let trainee = self.trainee(&it.name)?;
@@ -105,8 +106,8 @@ impl Store {
         change.commit().map_err(|error| self.refused(error))
     }
 
-    /// Forgets a person as far as known until then, whichever station sent it. `now_unix_s` bounds
-    /// the time of a station whose clock is ahead. A second time changes nothing.
+    /// Forgets all data of a person up to that time, whichever station sent them. `now_unix_s`
+    /// bounds the time of a station whose clock is ahead. A repetition changes nothing.
     ///
     /// # Errors
     /// When the file cannot be read or written.
@@ -126,7 +127,7 @@ impl Store {
                 self.forget(&person.name, at)?;
                 continue;
             }
-            // Somebody who came back stays, without what was told before.
+            // A person who came back stays, without the earlier statements.
             let trainee = self.trainee(&person.name)?;
             let path = self.path().to_owned();
             let change = self.change()?;

@@ -3,10 +3,10 @@
 //! Sessions need no coordinator, because no two stations make the same UUID of version 7. A chosen
 //! name identifies a trainee: equal names at two stations are one person. Existing entries stay
 //! unchanged, with three exceptions: the newer answer to a questionnaire replaces the older one; of
-//! a cohort or consent, the later telling counts ([`Told`]); a session without a site gets that of
-//! there. A second merge of the same store changes nothing.
+//! two statements of a cohort or consent, the later counts ([`Told`]); a session without a site
+//! gets the site of the other store. A second merge of the same store changes nothing.
 //!
-//! Whoever was forgotten here or there does not come in ([`crate::Store::forget`]). The marks of
+//! Trainees who were forgotten in either store stay out ([`crate::Store::forget`]). The marks of
 //! the other store are added to those here.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -152,7 +152,7 @@ impl Merge<'_> {
         refused(self.own, error)
     }
 
-    /// Adds all trainees. Those who come with nothing and were forgotten are taken out at the end.
+    /// Adds all trainees. [`Self::unwanted`] removes some of them at the end.
     fn trainees(&mut self) -> Result<(), StoreError> {
         let query = format!("SELECT name, {TOLD} FROM trainee ORDER BY name");
         let read = |row: &rusqlite::Row<'_>| Ok((row.get("name")?, told_of(row)?));
@@ -306,7 +306,7 @@ impl Merge<'_> {
         Ok(new)
     }
 
-    /// Takes out new trainees who were forgotten and came with nothing.
+    /// Removes new trainees who were forgotten and have neither sessions nor answers.
     fn unwanted(&mut self, before: &BTreeSet<String>) -> Result<(), StoreError> {
         for name in self.when.keys() {
             let name = check_name(name)?;
@@ -337,8 +337,8 @@ fn check_not_same(into: &Path, other: &Path) -> Result<(), StoreError> {
     }
 }
 
-/// True if two sessions say the same. The site does not count: a store that is given a site later
-/// fills it in.
+/// True if two sessions are equal. The site does not count, because a store fills it in when it
+/// gets a site later.
 fn are_same(one: &[Value], two: &[Value]) -> bool {
     let site = COLUMNS.iter().position(|it| *it == "site");
     let pairs = one.iter().zip(two).enumerate();

@@ -1,5 +1,5 @@
-//! Results on their way to a centre. Nothing is copied: a session without a note has to be sent, so
-//! a store that is offline for weeks loses nothing. A program that is killed between a delivery and
+//! Results that wait for a centre. Nothing is copied: a session without a note has to be sent, so a
+//! store that is offline for weeks loses nothing. A program that is killed between a delivery and
 //! its note sends the session again, under the same id.
 
 use rusqlite::{Transaction, TransactionBehavior, params};
@@ -17,11 +17,11 @@ use crate::withdrawal::{number_of, person_id, respell};
 pub enum Delivery {
     /// It is at the centre.
     There,
-    /// The centre holds another session of this id, which stays.
+    /// The centre holds another session with this id, and keeps it.
     Differs,
     /// The centre forgot this person after the session began.
     Forgotten,
-    /// Such a centre does not take it.
+    /// A centre of this kind takes no such result.
     LeftOut,
 }
 
@@ -67,7 +67,7 @@ impl Store {
             .map_err(|error| crate::file::refused(&path, error))
     }
 
-    /// Moves the notes and errands of a centre to another spelling of its address.
+    /// Moves the notes and withdrawals of a centre to another spelling of its address.
     ///
     /// # Errors
     /// When the file cannot be read or written.
@@ -82,7 +82,7 @@ impl Store {
             .map_err(|error| crate::file::refused(&path, error))
     }
 
-    /// Sessions that a centre has not got yet, oldest first.
+    /// Sessions that a centre has not received yet, oldest first.
     ///
     /// # Errors
     /// When the file cannot be read.
@@ -122,8 +122,8 @@ impl Store {
         Ok(found)
     }
 
-    /// Notes the fate of sessions, and returns those that the store no longer holds, because their
-    /// trainee was forgotten: what was sent of them has to be withdrawn ([`Store::withdraw`]). A
+    /// Notes the outcomes of deliveries. Returns the sessions that the store no longer holds,
+    /// because their trainee was forgotten: these have to be withdrawn ([`Store::withdraw`]). A
     /// session that was changed since it was read gets no note: it waits, and is sent again.
     ///
     /// # Errors

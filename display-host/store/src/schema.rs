@@ -16,15 +16,15 @@
 //! | `withdrawal` | a person whom a centre has to forget |
 //!
 //! - `trainee`: `name` is the name that the person chose, in Unicode's form NFC. `cohort` is free
-//!   text such as `novice`; empty: not told. `consent` to a study is `yes`, `no` or `unknown`.
-//!   `cohort_unix_s` and `consent_unix_s` say when that was told; NULL: nobody told it, or an
-//!   earlier version was told.
+//!   text such as `novice`; empty: not stated. `consent` to a study is `yes`, `no` or `unknown`.
+//!   `cohort_unix_s` and `consent_unix_s` give the time of the statement; NULL: there was none, or
+//!   an earlier version took it.
 //! - `session`: `id` is a UUID of version 7. `metrics` is a JSON object of numbers; a metric
 //!   without a value is absent, and only rows of equal `metrics_version` compare. `hand` is
 //!   `person` or `scripted`. `realtime` (1 or 0) and `missed_ticks` say how the controller ran;
 //!   NULL: unknown. `device` and `driver` name the haptic device; empty: none or unknown. `site` is
 //!   the store's site when the session was kept.
-//! - `rating`: `rater` is the name that the rater chose; empty: not told. `blinded` is 1 if the
+//! - `rating`: `rater` is the name that the rater chose; empty: none. `blinded` is 1 if the
 //!   rater did not know who operated.
 //! - `forgotten_trainee`: no name can be read from it, but whoever has the file can test a guess.
 //! - `forgotten_person`: `person` is a UUID of version 5, as in `withdrawal`.
@@ -34,7 +34,8 @@
 //!   stays), `forgotten` (the centre forgot this person later) or `left-out` (nothing that such a
 //!   centre takes). A new sheet, cohort or consent removes the note.
 //! - `withdrawal`: `person` is a UUID of version 5, from which no name can be read, but whoever has
-//!   the file can test a guess. `sessions` is a JSON array of ids. The row goes with its errand.
+//!   the file can test a guess. `sessions` is a JSON array of ids. The row is deleted with its
+//!   withdrawal.
 //!
 //! `user_version` is [`SCHEMA_VERSION`], `application_id` is "Calo" in ASCII. A store of an older
 //! version becomes one of this version when a command writes to it; reading leaves it as it is.
@@ -163,8 +164,8 @@ WHEN OLD.cohort <> NEW.cohort OR OLD.consent <> NEW.consent BEGIN
 END;
 ";
 
-/// SQL that adds what version 4 has beyond version 3. A telling with a later time goes to centres
-/// even if it says the same, because a centre may have heard otherwise in between.
+/// SQL that adds what version 4 has beyond version 3. A later statement goes to centres even if its
+/// content is the same, because a centre may have received another one in between.
 pub(crate) const FOURTH: &str = "
 ALTER TABLE trainee ADD COLUMN cohort_unix_s INTEGER;
 ALTER TABLE trainee ADD COLUMN consent_unix_s INTEGER;

@@ -105,7 +105,7 @@ pub(crate) fn check_text(id: &str, text: &str) -> Result<(), StoreError> {
     }
 }
 
-/// Site of a session: that of its store, if it was kept before the store had one.
+/// Site of a session. A session that was stored before the store had a site gets the store's site.
 pub(crate) const SITE: &str = "coalesce(nullif(session.site, ''), (SELECT value FROM setting WHERE setting.name = 'site'), '')";
 
 /// Columns of a session that a query takes, without its trainee.

@@ -30,7 +30,7 @@ pub struct Rating {
     pub session: String,
     /// Name of the sheet.
     pub sheet: String,
-    /// Name that the rater chose; empty: not told.
+    /// Name that the rater chose; empty: none.
     pub rater: String,
     /// True if the rater did not know who operated.
     pub blinded: bool,
@@ -57,7 +57,7 @@ impl From<Rating> for StoreError {
     }
 }
 
-/// Checks a rater's name and brings it to its form; empty: not told.
+/// Checks a rater's name and brings it to the stored form; empty: no name.
 fn check_rater(rater: &str) -> Result<String, StoreError> {
     match rater.trim() {
         "" => Ok(String::new()),
@@ -77,13 +77,14 @@ impl Store {
         kept.map(drop)
     }
 
-    /// Stores what a rater gave a session: points for each item of a sheet, in order. `rater` is
-    /// the name, empty if not told, and true if the rater did not know who operated.
+    /// Stores the points that a rater gave a session, one for each item of a sheet, in order.
+    /// `rater` is a pair: the name, which may be empty, and true if the rater did not know who
+    /// operated.
     ///
     /// # Errors
     /// [`StoreError::Rated`] if the rater filled this sheet for this session before. When there is
-    /// no such session, the number of points is not that of the items, a value is outside the
-    /// sheet's scale, or the rater's name is invalid.
+    /// no such session, there are more or fewer points than items, a value is outside the sheet's
+    /// scale, or the rater's name is invalid.
     pub fn rate(
         &mut self,
         session: &str,

@@ -1,5 +1,5 @@
-//! Cohort and consent as they were told, and when. The later telling counts, whichever store heard
-//! it.
+//! Cohort and consent as they were stated, and the times of the statements. The later statement
+//! counts, whichever store took it.
 
 use rusqlite::Row;
 
@@ -8,11 +8,11 @@ use crate::trainees::Consent;
 /// Columns of a trainee that [`told_of`] reads.
 pub(crate) const TOLD: &str = "cohort, cohort_unix_s, consent, consent_unix_s";
 
-/// Cohort and consent of a person, each with the time of its telling, s since 1970. `None`: nobody
-/// told it, or an earlier version of the program was told.
+/// Cohort and consent of a person, each with the time of its statement, s since 1970. `None`: there
+/// was none, or an earlier version of the program took it.
 #[derive(Debug, Clone, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Told {
-    /// Cohort; empty: not told, or taken back.
+    /// Cohort; empty: not stated, or taken back.
     pub cohort: String,
     /// Time of the cohort.
     pub cohort_unix_s: Option<i64>,
@@ -23,8 +23,8 @@ pub struct Told {
 }
 
 impl Told {
-    /// Joins this with what another store knows. What has no time fills gaps only, but a refusal
-    /// without a time always counts.
+    /// Joins this with the data of another store. A value without a time fills gaps only, but a
+    /// refusal without a time always counts.
     #[must_use]
     pub fn joined(mut self, other: &Self) -> Self {
         let is_newer = match other.cohort_unix_s {
@@ -49,7 +49,7 @@ impl Told {
         self
     }
 
-    /// The part that was told after a forgetting.
+    /// The part that was stated after a forgetting.
     #[must_use]
     pub fn after(mut self, forgotten_unix_s: i64) -> Self {
         if self.cohort_unix_s.is_none_or(|it| it <= forgotten_unix_s) {

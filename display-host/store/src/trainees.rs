@@ -50,7 +50,7 @@ pub struct Trainee {
     pub name: String,
     /// Number of sessions.
     pub sessions: i64,
-    /// Cohort of a study, e.g. `novice`; empty: not told.
+    /// Cohort of a study, e.g. `novice`; empty: not stated.
     pub cohort: String,
     /// Consent to a study.
     pub consent: Consent,
@@ -82,8 +82,8 @@ impl Store {
     }
 
     /// Sets a trainee's cohort and consent as far as they are given, and adds the trainee if the
-    /// name is new. An empty cohort means that none is told. `at_unix_s` is the time of the
-    /// telling: the later one counts where stores meet.
+    /// name is new. An empty cohort means none. `at_unix_s` is the time of the statement: when
+    /// stores are joined, the later statement counts.
     ///
     /// # Errors
     /// When the name or the cohort is invalid, or the file cannot be written.
@@ -122,7 +122,7 @@ impl Store {
         Ok(known.into_iter().find(|it| are_alike(it, &name)))
     }
 
-    /// Name of the site at which sessions are kept from now on; empty: not told.
+    /// Name of the site that new sessions get; empty: none.
     ///
     /// # Errors
     /// When the file cannot be read.
@@ -136,7 +136,7 @@ impl Store {
         Ok(found.unwrap_or_default())
     }
 
-    /// Sets the name of the site for sessions that are kept from now on.
+    /// Sets the name of the site that new sessions get.
     ///
     /// # Errors
     /// When the name is invalid, or the file cannot be written.

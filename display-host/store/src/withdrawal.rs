@@ -1,6 +1,6 @@
-//! Withdrawals: people whom a centre has to forget as well. A withdrawal holds ids only, waits
-//! until the centre is reached and has forgotten, and is then deleted. One for centres that are
-//! named later stays.
+//! Withdrawals: people whom a centre has to forget as well. A withdrawal holds ids only. It waits
+//! until the centre is reached and has forgotten the person, and is then deleted. A withdrawal for
+//! centres that are named later stays.
 
 use std::collections::BTreeSet;
 
@@ -14,7 +14,7 @@ use crate::open::Store;
 /// Namespace of the ids of people, for UUIDs of version 5.
 const PEOPLE: Uuid = Uuid::from_u128(0x6b0a_5d5e_2f0f_4c58_9d1b_7a1f_0e6c_41d3);
 
-/// Address under which errands wait for centres that are not known yet.
+/// Address under which withdrawals wait for centres that are not known yet.
 const LATER: &str = "";
 
 /// Id of a person at every centre: the same at each station, because equal names are one person. No
@@ -94,7 +94,7 @@ impl Store {
     }
 
     /// Notes that a centre has forgotten a person. If the person was forgotten here once more in
-    /// the meantime, that errand stays.
+    /// the meantime, the new withdrawal stays.
     ///
     /// # Errors
     /// When the file cannot be written.
@@ -112,7 +112,7 @@ impl Store {
     }
 }
 
-/// Number of a centre. A new one is added with the errands that wait for such.
+/// Number of a centre. A new centre is added, with the withdrawals that wait for new centres.
 pub(crate) fn number_of(change: &Connection, address: &str) -> rusqlite::Result<i64> {
     let find = "SELECT id FROM destination WHERE address = ?1";
     let known = change.query_row(find, [address], |row| row.get(0));
@@ -151,8 +151,9 @@ pub(crate) fn respell(change: &Connection, from: &str, to: &str) -> rusqlite::Re
     change.execute(remove, [old]).map(drop)
 }
 
-/// Leaves an errand to each centre: forget this person. One more is for centres that are named
-/// later: other stations may have sent them results. It names no session, because none was sent.
+/// Adds a withdrawal of this person for each centre. One more withdrawal is for centres that are
+/// named later, because other stations may have sent them results. It names no session, because
+/// this station sent them none.
 pub(crate) fn withdraw(
     change: &Connection,
     person: &str,
@@ -174,7 +175,7 @@ pub(crate) fn withdraw(
     Ok(())
 }
 
-/// Adds an errand, or joins it with the one that waits.
+/// Adds a withdrawal, or joins it with the one that waits.
 fn add(
     change: &Connection,
     destination: i64,

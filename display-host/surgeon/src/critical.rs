@@ -1,6 +1,6 @@
 //! Showing the critical view of safety, or an organ that other tissue hides: finds a pose of the
 //! endoscope from which it is seen, goes there, and holds still. The surgeon judges the picture as
-//! the assessment does, in identity images of what is seen now.
+//! the assessment does, in identity images of the present view.
 
 use assess::{Least, Rules, ShowRule, ViewRule, ViewSide};
 use session::identity::{Identity, Seen};
@@ -13,8 +13,8 @@ use crate::work::{BACK_M, Work};
 /// Value of a picture: 1 if it shows what the rules ask.
 type Judge<'a> = &'a dyn Fn(&Seen) -> f64;
 
-/// First step of the search around the best aim of the grid, the share of a step that the next one
-/// has, and the number of steps.
+/// The search around the best aim of the grid: its first step, the ratio of a step to the one
+/// before, and the number of steps.
 const STEP: Aim = [0.04, 0.04, 0.012];
 const SHRINK: f64 = 0.6;
 const STEPS: usize = 5;
@@ -35,7 +35,7 @@ const BARED: f64 = 0.85;
 /// Longest time before the view is tried again, s, and the number of times.
 const BARING_S: f64 = 30.0;
 const BARINGS: usize = 4;
-/// Time beyond that of the rules for which a view is held, s.
+/// Time for which a view is held longer than the rules ask, s.
 const LONGER_S: f64 = 1.5;
 
 impl Work<'_> {
@@ -85,7 +85,7 @@ impl Work<'_> {
         let places: Vec<Vec3> = places.map(|it| self.sight.now(it, state)).collect();
         let hides = self.field.mark_hiding(&places, camera, &self.sight, state);
         if hides && let Err(why) = self.dissect(&[Field::HIDES], BARED, BARING_S) {
-            // What is out of reach stays: the view is judged again in any case.
+            // Tissue out of reach stays. The view is judged again in any case.
             self.goes_on()?;
             self.theatre.tell(&format!("baring duct and artery: {why}"));
         }

@@ -36,13 +36,14 @@ const CRAMPED_M: f64 = 0.1;
 /// Distance from a duct or vessel that must stay whole within which a burning cell warms it, m.
 /// The heat falls with the fourth power of the distance.
 const WARMS_M: f64 = 0.008;
-/// Temperatures of such a duct or vessel above the body's, K. From the first on, the cells near it
-/// cost more, so that the surgeon works elsewhere while it cools; from the second on, the cost is
-/// whole. At 13 K tissue dies within a quarter of an hour, at 18 K within half a minute.
+/// Temperatures of such a duct or vessel above the body's, K. Above the first, the cells near it
+/// cost more, so that the surgeon works elsewhere while it cools. Above the second, the cost is the
+/// whole [`WARM_M`]. At 13 K tissue dies within a quarter of an hour, at 18 K within half a minute.
 const WARM_K: [f64; 2] = [8.0, 12.0];
-/// Cost of a cell at a duct or vessel that is as warm as that, expressed as a detour, m.
+/// Cost of a cell at a duct or vessel above the second of these temperatures, expressed as a
+/// detour, m.
 const WARM_M: f64 = 0.15;
-/// Room for the hook at a cell from which on no cost is added, m.
+/// Room for the hook at a cell above which no cost is added, m.
 const ROOMY_M: f64 = 0.0015;
 /// Cost of a cell at which the hook has less room than `ROOMY_M`, expressed as a detour, m.
 const NARROW_M: f64 = 0.04;

@@ -19,7 +19,7 @@ const WANDER: [f64; 2] = [0.9, 12.0];
 const TREMBLE_SHOWING: [f64; 2] = [0.012, 0.7];
 const WANDER_SHOWING: [f64; 2] = [0.12, 3.0];
 /// Sway of a learner's and of a novice's endoscope: 12 mm/s and 23 mm/s on the mean. The novice's
-/// fastest 37 mm/s, for 0.3 s each time, pause a hold and do not end it.
+/// reaches 37 mm/s for 0.3 s at a time, which pauses a hold and does not end it.
 const LEARNER_SHOWING: [f64; 2] = [0.012, 1.0];
 const NOVICE_SHOWING: [f64; 2] = [0.035, 1.5];
 /// Period of the rests, s.
@@ -33,7 +33,7 @@ impl Work<'_> {
         self.surgeon == Surgeon::Pausing && self.seen.at_s % REST_EVERY_S > REST_EVERY_S - REST_S
     }
 
-    /// Adds the present flaw of the hand to what is asked of it.
+    /// Adds the present flaw of the hand to its next movement.
     pub(crate) fn stumble(&mut self) {
         match self.surgeon {
             Surgeon::Trembling if self.shows => self.sway(TREMBLE_SHOWING),

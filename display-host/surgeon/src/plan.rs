@@ -214,7 +214,7 @@ fn cutting(kind: OrganKind) -> [Act; 2] {
     [Act::Take(Instrument::Scissors), Act::Work(kind, 0.4)]
 }
 
-/// The grasper at this share of the way along a duct or vessel, and what it does there.
+/// Takes the grasper to this share of the way along a duct or vessel, and does `act` there.
 fn grasping(kind: OrganKind, share: f64, act: Act) -> [Act; 3] {
     [Act::Take(Instrument::Grasper), Act::Reach(kind, share), act]
 }

@@ -21,7 +21,7 @@ pub(crate) struct Bar {
     pub(crate) is_touchy: bool,
     /// For a duct or vessel: the sphere at its first end.
     pub(crate) tube: Option<usize>,
-    /// Temperature above the body's, K; 0 for what is neither duct nor vessel.
+    /// Temperature of a duct or vessel above the body's, K; 0 for other structures.
     pub(crate) rise_k: f64,
 }
 

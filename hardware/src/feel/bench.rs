@@ -139,7 +139,7 @@ impl<'a> Bench<'a> {
             self.live.velocity_m_s = self.device.reported_velocity_m_s();
         }
         self.guide.live(&self.live);
-        // A device that only answers commands sends no samples while it gets none.
+        // A device that only answers commands sends no samples while it gets no commands.
         self.silent_ms = match force_n {
             Some(_) => self.silent_ms + 1,
             None => 0,

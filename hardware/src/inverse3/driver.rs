@@ -332,7 +332,7 @@ impl HapticDevice for Inverse3Haptic {
         CAPABILITIES
     }
 
-    /// The rotation is that of a grip, which is not always connected.
+    /// A grip measures the rotation. It is not always connected.
     fn freedom(&self) -> Freedom {
         Freedom {
             measured: 6,

@@ -55,7 +55,7 @@ impl Sensor {
     ///
     /// # Errors
     ///
-    /// The system's, if it has no thread left.
+    /// The system's error, if it can start no more threads.
     pub fn watch(mut input: impl LightInput + 'static) -> std::io::Result<Self> {
         let (sender, edges) = mpsc::channel();
         let stop = Arc::new(AtomicBool::new(false));
@@ -89,7 +89,7 @@ impl Sensor {
     ///
     /// # Errors
     ///
-    /// The system's, if it has no thread left.
+    /// The system's error, if it can start no more threads.
     pub fn listen(from: impl Read + Send + 'static, rate_hz: u32) -> std::io::Result<Self> {
         let (sender, edges) = mpsc::channel();
         // The thread may wait in a read for ever, so `drop` must not wait for it.

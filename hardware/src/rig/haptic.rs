@@ -122,7 +122,7 @@ impl RigHaptic {
 }
 
 impl RigHaptic {
-    /// Reads what came, and returns the newest sample. `each` gets every good sample.
+    /// Reads the received bytes, and returns the newest sample. `each` gets every good sample.
     fn read(&mut self, now_ns: TimeNs, mut each: impl FnMut(&Reading)) -> Polled<DeviceSample> {
         let reach_m = self.declared.workspace_radius_m * REACH;
         let measures_velocity = self.declared.measures_velocity;

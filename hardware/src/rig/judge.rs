@@ -353,8 +353,8 @@ impl Judge {
             (now.at_m - then.at_m).norm() <= reach_m
         };
         let step_us = before.map_or(0, passed_us);
-        // During a leap, the reach around the last admitted place stays that of one step, however
-        // long the leap lasts.
+        // During a leap, the reach around the last admitted place stays the reach of one step,
+        // however long the leap lasts.
         let since = |then: ClockedPosition| {
             if self.agreeing > 0 {
                 step_us

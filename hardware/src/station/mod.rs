@@ -48,7 +48,7 @@
 //! name = "left rim"
 //! position_m = [0.1, 0.0, 0.0]
 //!
-//! [centre]                            # of many stations; `calot run` tells it of this one
+//! [centre]                            # a centre of many stations; `calot run` reports to it
 //! address = "10.0.0.2:7448"
 //! keys = "/etc/calot/keys"            # left out: calot/centre-keys in ~/.config
 //! ```
@@ -123,7 +123,7 @@ pub struct HapticSpec {
     /// Path of the line; for a Touch or a Force Dimension device the vendor's library, for an
     /// Inverse3 the address of its service.
     pub path: PathBuf,
-    /// Limits below those of the device.
+    /// Limits below the device's own.
     pub limits: Limits,
     /// Movement of the simulation's handle per movement of the device's; `None`: 1.
     pub motion_scale: Option<f32>,
@@ -134,8 +134,8 @@ pub struct HapticSpec {
     pub failed_felt: Option<Vec<String>>,
 }
 
-/// Limits that a person sets below those of the device, and measured values that replace what the
-/// device declares. `None`: the device's own value.
+/// Limits that a person sets below the device's own, and measured values that replace the declared
+/// ones. `None`: the device's own value.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Limits {
     /// Peak force, N.

@@ -116,8 +116,9 @@ fn poses_arrive_in_metres_and_forces_are_rendered_and_limited() {
             );
             // The fake handle is turned by 90° about z.
             assert!((pose.rotation * Vec3::x() - Vec3::y()).norm() < 1e-5);
-            // The handle circles at 50 mm/s. The larger counts of the velocity that it reports and
-            // the velocity of its positions, which varies with the times of the polls.
+            // The handle circles at 50 mm/s. The driver gives the larger of two velocities: the one
+            // that the handle reports, and the one from its positions, which varies with the times
+            // of the polls.
             let along = Vec3::z().cross(&at).normalize();
             let speed_m_s = sample.velocity_m_s.unwrap().dot(&along);
             assert!(speed_m_s > 0.049, "{speed_m_s}");

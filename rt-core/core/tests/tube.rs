@@ -186,7 +186,8 @@ fn stretched(young_pa: f32, retardation_s: f32, fall_m_s2: f32, aside_m: f32) ->
     }
 }
 
-/// Numbers up to which a tube has its material's stiffness: 2.4 times 1.25.
+/// Numbers at which a tube has its material's stiffness: at most 3, which is preparation's limit of
+/// 2.4, times 1.25.
 const NUMBERS: [f32; 4] = [0.5, 1.25, 2.5, 3.0];
 
 /// Force of a soft tube as a share of the even rod's. Its ends are stiffer: the links over the ends
@@ -278,8 +279,8 @@ fn drawn_straight_m_s(young_pa: f32, bow_m: f32, strain: f32) -> f32 {
     fastest_m_s
 }
 
-/// Links that are as stiff as the numbers 17 and 20 by themselves shook at 17 and 23 mm/s in one of
-/// these cases.
+/// In one of these cases, links with the full stiffness of the numbers 17 and 20 shook at 17 and 23
+/// mm/s.
 #[test]
 fn a_curved_tube_that_is_drawn_straight_rests() {
     for number in [2.5, 3.0, 3.75, 6.0, 10.0, 17.0, 20.0, 100.0] {
@@ -296,7 +297,8 @@ fn a_curved_tube_that_is_drawn_straight_rests() {
     }
 }
 
-/// It has the force of a tube with the number 3.1. Preparation says so: 3.1 is 2.5 times 1.25.
+/// A tube that is too stiff has the force of a tube with the number 3.1. Preparation states this
+/// limit as 2.5, and 2.5 times 1.25 is 3.1.
 #[test]
 fn a_tube_that_is_too_stiff_is_softer_and_rests() {
     let soft = share_of_soft();

@@ -1,7 +1,7 @@
 //! Measures how smooth the force is while a hand works slowly in whole scenes: `cargo run --release
-//! -p scene-prepare --example slow_work -- FILE.csv` (minutes). At four places of every organ of
-//! Calot's triangle and of its variant, an instrument goes 4 mm into the tissue at up to 10 mm/s,
-//! rests there, slides 5 mm to one side and 10 mm back, and leaves.
+//! -p scene-prepare --example slow_work -- FILE.csv` (minutes). An instrument works at four places
+//! of every organ of Calot's triangle and of its variant. It goes 4 mm into the tissue at up to
+//! 10 mm/s, rests there, slides 5 mm to one side and 10 mm back, and leaves.
 
 #[path = "../tests/support/mod.rs"]
 mod support;

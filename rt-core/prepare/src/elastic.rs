@@ -15,7 +15,8 @@ pub(crate) const TICK_S: f64 = 0.001;
 /// would need more than [`SUBSTEPS_MAX`] substeps exceeds it.
 pub(crate) const STIFFNESS_NUMBER_MAX: f64 = 0.2;
 /// Stiffness number that substeps of tubes keep. The core knows the compliance that one pass adds
-/// to the links of a tube, and leaves it out (`one_pass`), up to this number within 3 %.
+/// to the links of a tube, and leaves it out (`one_pass`). Up to this number, the stiffness is then
+/// right within 3 %.
 pub(crate) const TUBE_STIFFNESS_NUMBER_MAX: f64 = 2.4;
 /// A tube with a larger number has the force of a tube with this one
 /// (`a_tube_that_is_too_stiff_is_softer_and_rests`).

@@ -43,8 +43,8 @@
 //! Fat or connective tissue lies around another organ. Parallel cross-sections are laid along that
 //! inner organ. Rays in each section find the inner and the outer outline of the tissue. The space
 //! between the outlines is divided into layers of hexahedra (cells). Cells with little tissue are
-//! left out, so many that the others have the organ's volume. Sections are parallel and rays
-//! straight, so no cell is inside out, whatever the shape of the two outlines. Each cell stores its
+//! left out until the other cells have the organ's volume. Sections are parallel and rays straight,
+//! so no cell is inside out, whatever the shape of the two outlines. Each cell stores its
 //! neighbours and its region: Calot's triangle, the lower third of the gallbladder's bed, or the
 //! rest of the bed.
 //!

@@ -112,7 +112,8 @@ pub struct OrganReport {
     pub is_tube: bool,
     /// Links.
     pub springs: usize,
-    /// Tetrahedra between sphere centres. Tissue outside all of them counts to the nearest.
+    /// Tetrahedra between sphere centres. Tissue outside all of them is counted with the nearest
+    /// one.
     pub tetrahedra: usize,
     /// Worst shape of a tetrahedron: volume over the cube of the longest edge. A regular
     /// tetrahedron has 0.118, a sliver less than 0.015, an inverted one less than 0. `None` if

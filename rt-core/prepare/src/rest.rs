@@ -26,8 +26,7 @@ const HALVINGS: u32 = 10;
 /// the shares of gravity of organs that do not come to rest, at most `HALVINGS` times. Returns a
 /// warning for each organ whose share it changed.
 ///
-/// # Errors
-/// When an organ does not come to rest with the smallest share. Such an organ has next to no hold.
+/// When an organ does not come to rest with the smallest share. Almost nothing holds such an organ.
 pub(crate) fn bear(
     scene: &mut SceneData,
     plans: &[OrganPlan],

@@ -44,8 +44,8 @@ const ENDOSCOPE_PORT_FROM_VIEW: [f64; 3] = [0.035, -0.330, 0.030];
 const INSTRUMENT_LENGTH_M: f64 = 0.33;
 /// Default distance of the camera from the point in the middle of the picture, m.
 const CAMERA_DISTANCE_M: f64 = 0.105;
-/// The camera turns to a point this share of the way from the middle of the picture to the target,
-/// so that the target is near the middle and its surroundings are in the picture.
+/// Share of the way from the middle of the picture to the target. The camera turns to the point
+/// there, so that the target is near the middle and its surroundings are in the picture.
 const TOWARDS_TARGET: f64 = 0.55;
 /// When the camera turns towards the target, its distance is multiplied by this factor.
 const CLOSER: f64 = 0.95;
@@ -220,8 +220,8 @@ fn looking(forward: &Vec3, up: &Vec3) -> UnitQuaternion<f64> {
     UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes))
 }
 
-/// Orientation of a frame that stands upright and faces the way the camera looks, so that a hand
-/// that moves to the right moves the instrument to the right in the picture.
+/// Orientation of a frame that stands upright and faces the way the camera looks. In this frame, a
+/// hand that moves to the right moves the instrument to the right in the picture.
 fn facing(forward: &Vec3, upright: &Vec3) -> UnitQuaternion<f64> {
     let level = forward - upright * forward.dot(upright);
     looking(&level.try_normalize(1e-6).unwrap_or_else(Vec3::y), upright)
@@ -273,8 +273,8 @@ impl Sight {
 
 /// The best point of the organ's skin for the scripted hand, with its normal. The instrument
 /// reaches the point and comes in steeply, the camera sees the point, tissue lies behind it and
-/// free space before it. `exactly`: the point is wanted at `near`, else [`TARGET_OFFSET_M`] from
-/// it.
+/// free space before it. If `exactly`, the point is wanted at `near`, else [`TARGET_OFFSET_M`] away
+/// from `near`.
 fn find_target(
     sight: &Sight,
     organs: &[(&OrganPlan, &Mesh)],

@@ -1,4 +1,4 @@
-//! Directions of the axes that a mesh file itself tells. 3D Slicer writes them at the beginning of
+//! Directions of the axes that a mesh file itself states. 3D Slicer writes them at the beginning of
 //! STL, OBJ and PLY files, as `SPACE=LPS` or `SPACE=RAS`.
 
 use std::fs::File;
@@ -10,7 +10,7 @@ use crate::recipe::Axes;
 /// Bytes at the beginning of a file that are searched.
 const HEAD_BYTES: u64 = 512;
 
-/// Axes that the file tells, with their name. `None`: it tells none, or cannot be read.
+/// Axes that the file states, with their name. `None` if it states none or cannot be read.
 fn stated(path: &Path) -> Option<(Axes, &'static str)> {
     let mut head = Vec::new();
     let file = File::open(path).ok()?;
@@ -28,8 +28,7 @@ fn stated(path: &Path) -> Option<(Axes, &'static str)> {
     }
 }
 
-/// Words about a file whose axes are other ones than those it is read with; empty if none are
-/// needed.
+/// A note about a file that states other axes than those with which it is read; else empty.
 pub(crate) fn note(path: &Path, axes: Axes) -> String {
     match stated(path).filter(|(stated, _)| *stated != axes) {
         Some((_, name)) => format!(

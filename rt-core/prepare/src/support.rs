@@ -25,8 +25,8 @@ pub(crate) fn held(scene: &SceneData) -> Vec<bool> {
             (None, _) => {}
         }
     }
-    // Each round passes on to attached organs that an organ is held. Fewer rounds than organs reach
-    // all.
+    // In each round, held organs pass on to the organs attached to them that these are held, too.
+    // As many rounds as there are organs suffice.
     for _ in 0..is_held.len() {
         for [a, b] in &ties {
             let either = is_held[*a] || is_held[*b];

@@ -1,5 +1,5 @@
-//! Tetrahedra between sphere centres. Tissue outside all of them counts to the nearest, so their
-//! volumes sum to the organ's.
+//! Tetrahedra between sphere centres. Tissue outside all of them is counted with the nearest one,
+//! so their volumes sum to the organ's.
 
 use crate::Vec3;
 use crate::delaunay;
@@ -18,8 +18,8 @@ pub const SHAPE_MIN: f64 = 0.015;
 pub struct Tetra {
     /// The corners a, b, c, d. `det(b − a, c − a, d − a)` is positive at rest.
     pub spheres: [u32; 4],
-    /// Volume of tissue that counts to this tetrahedron, m³: its own volume, and the tissue outside
-    /// all tetrahedra to which it is nearest.
+    /// Volume of tissue that this tetrahedron represents, m³: its own volume, and a part of the
+    /// tissue outside all tetrahedra, which counts with the nearest one.
     pub volume_m3: f64,
 }
 
@@ -31,8 +31,8 @@ pub fn fill(interior: &Interior<'_>, balls: &[Ball], volume_m3: f64) -> Vec<Tetr
     fill_between(interior, balls, volume_m3, &[])
 }
 
-/// Fills the space as [`fill`] does, with held tissue beyond `planes`. Held tissue counts to
-/// tetrahedra of four held corners only, free tissue to the others only.
+/// Fills the space as [`fill`] does, with held tissue beyond `planes`. Held tissue is counted only
+/// with tetrahedra of four held corners, free tissue only with the others.
 #[must_use]
 pub fn fill_between(
     interior: &Interior<'_>,
@@ -54,7 +54,8 @@ pub fn fill_between(
             in_use[i as usize] = true;
         }
     }
-    // A sphere in no tetrahedron gets the best-shaped one of those left out, unless it is a sliver.
+    // A sphere may be in no tetrahedron. Then the best-shaped one at this sphere is kept after all,
+    // unless it is a sliver.
     for i in 0..balls.len() as u32 {
         if in_use[i as usize] {
             continue;
@@ -106,9 +107,9 @@ fn lies_inside(interior: &Interior<'_>, centers: &[Vec3], t: &[u32; 4]) -> bool 
 const NONE: u32 = u32::MAX;
 
 /// Counts the grid points inside the organ that belong to each tetrahedron: the points inside it,
-/// and those outside all tetrahedra to which it is nearest, in steps of the grid. The count is at
-/// least the tetrahedron's own volume in grid cells. Held points belong to tetrahedra of four held
-/// corners only, free points to the others only. The second result counts the held points that
+/// and those points outside all tetrahedra that are nearest to it, in steps of the grid. The count
+/// is at least the tetrahedron's own volume in grid cells. Held points belong only to tetrahedra of
+/// four held corners, free points only to the others. The second result counts the held points that
 /// belong to no tetrahedron.
 fn shares(
     interior: &Interior<'_>,

@@ -3,8 +3,8 @@
 use crate::elastic::{Elastic, LINKS_OF_A_SPHERE, SUBSTEPS_MAX, TICK_S, TUBE_STIFFNESS_NUMBER_MAX};
 
 /// Chooses the fewest substeps in which the tube has its material's stiffness, at most
-/// [`SUBSTEPS_MAX`]. The stiffness number of a tube is that of its free sphere with the stiffest
-/// links for its mass.
+/// [`SUBSTEPS_MAX`]. The stiffness number of a tube is the number of its free sphere with the
+/// stiffest links for its mass.
 pub(crate) fn choose_substeps(elastic: &mut Elastic, masses_kg: &[f64], held: &[bool]) {
     let mut stiffness_n_m = vec![0.0; masses_kg.len()];
     for ([a, b], compliance_m_n) in &elastic.links {
@@ -45,7 +45,7 @@ mod tests {
         (elastic.substeps, elastic.stiffness_number)
     }
 
-    /// Two links of `k` make the number `2 k dt² / (1.25 m)` of a sphere.
+    /// Two links of `k` give a sphere the stiffness number `2 k dt² / (1.25 m)`.
     #[test]
     fn a_tube_has_the_fewest_substeps_that_keep_its_number() {
         let limit_n_m = TUBE_STIFFNESS_NUMBER_MAX * LINKS_OF_A_SPHERE * 1e-5 / 2.0 / 1e-6;

@@ -18,7 +18,7 @@ use crate::time_driver::sleeps;
 pub(crate) type BatchDone = Signal<NoopRawMutex, bool>;
 
 /// Runs once per batch of timing records, in the gap after a tick. Its first run arms the counters
-/// just before the first tick: they count from then on.
+/// just before the first tick. The counters begin to count then.
 ///
 /// With [`OnViolation::Abort`] and locked memory, the process ends at the end of a batch if:
 ///

@@ -10,10 +10,10 @@
 //!    published even if the tick is late. Events and timing records are never dropped.
 //!
 //! The tick drops the work if the needed time is more than the time left until the deadline (the
-//! start of the next period). For 1 and 2, the needed time is that of all stages from the named one
-//! to `force`, as admission measured them in the scene's slowest tick; without a measurement, it is
-//! the sum of the stages' budgets. For 3, the needed time is the budget of stage `publish`. Each
-//! drop is counted and noted in the tick's record.
+//! start of the next period). For 1 and 2, the needed time is the time of all stages from the named
+//! one to `force` in the slowest tick that admission measured. Without a measurement, it is the sum
+//! of the stages' budgets. For 3, the needed time is the budget of stage `publish`. Each drop is
+//! counted and noted in the tick's record.
 
 use rt_core::sim::Stage;
 use shared_mem::message::STAGES;

@@ -11,12 +11,12 @@
 //!
 //! The mean lags behind a drift of the device's clock, and until the loop has learnt the drift, the
 //! lag counts as spread. So the loop also rests beside a clock that is off by about 195 in a
-//! million or more: 256 waits × 195 ns are a twentieth of the period. The more the line jitters,
-//! the less drift suffices, down to about 100 in a million.
+//! million or more: 256 waits × 195 ns are a twentieth of the period. If the line jitters more, the
+//! loop rests at less drift, down to about 100 in a million.
 //!
-//! A step of the ticks changes all later waits by the length of the step. So the mean turns with
-//! each step, and the loop knows the outcome of its steps at once: it moves with the largest step
-//! until it has arrived, half a second at most.
+//! A step of the ticks changes all later waits by the length of the step. So the loop turns the
+//! mean with each step and need not wait for later arrivals. It moves with the largest step until
+//! it has arrived, which takes half a second at most.
 
 use core::f64::consts::TAU;
 

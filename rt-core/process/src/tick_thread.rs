@@ -580,7 +580,7 @@ mod tests {
     #[test]
     fn optional_work_is_dropped_in_its_order() {
         // After 250 µs the budgets of contact, solve and force still fit into the period. After
-        // 400 µs only those of solve and force fit. After 600 µs these do not fit either.
+        // 400 µs only the budgets of solve and force fit. After 600 µs not even these fit.
         for (taken_us, self_collision, far) in [(250, 0, 0), (400, 50, 0), (600, 50, 50)] {
             let outcome = simulate(50, move |_| advance_simulated(taken_us * 1000));
             let shared = &outcome.shared;

@@ -248,8 +248,8 @@ fn missing_scene_or_device_is_named_and_leaves_the_station_free() {
     assert!(run(&config).is_ok());
 }
 
-/// Number of iterations at which a tick of the block of 125 spheres takes more than a period, and
-/// one of the block of 8 spheres less than half a period.
+/// Number of iterations of the paper's method. With it, a tick of the block of 125 spheres takes
+/// more than a period, and a tick of the block of 8 spheres takes less than half a period.
 const HEAVY: u32 = 650;
 
 fn heavy(bench: &Bench, admission: AdmissionPolicy) -> RtConfig {

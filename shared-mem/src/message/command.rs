@@ -58,8 +58,8 @@ impl CommandMsg {
     pub const START: u32 = 6;
     /// Replay only: go to a time. The argument is the time after the start of the recording, ms.
     pub const SEEK: u32 = 7;
-    /// Replay only: set the speed. The argument is the speed in thousandths of real time, 10 to 100
-    /// 000.
+    /// Replay only: set the speed. The argument is the speed in thousandths of real time, 10 to
+    /// 100 000.
     pub const SPEED: u32 = 8;
     /// Trigger a complication for an instructor. The argument is the number of a
     /// [`crate::words::Complication`]. If the complication is impossible, nothing happens, and no

@@ -249,7 +249,7 @@ fn room() -> Room {
     }
 }
 
-/// A hand that follows a path, and what the last tick told.
+/// A hand that follows a path, and the results of the last tick.
 #[derive(Default)]
 struct Hand {
     now_ns: u64,

@@ -63,8 +63,8 @@ pub(crate) struct Peer {
 }
 
 impl Peers {
-    /// Starts every competitor that is installed and takes this scene. Others are told on standard
-    /// error.
+    /// Starts every competitor that is installed and takes this scene. The others are named on
+    /// standard error.
     pub(crate) fn start(&self, trial: &Trial<'_>) -> Vec<Peer> {
         let (file, names) = match self.prepare(trial) {
             Ok(made) => made,

@@ -1,5 +1,5 @@
-//! JSON for programs follows its schemas. Whatever another test asks for with `--json`, its runner
-//! checks; here are the documents that no other test asks for.
+//! JSON for programs follows its schemas. The runner of a test checks the JSON that the test asks
+//! for. This file checks the documents that no other test asks for.
 
 use std::path::Path;
 use std::process::Command;

@@ -358,7 +358,8 @@ fn an_instructor_sees_two_stations_over_a_bad_line_and_nobody_else_does() {
         ));
     }
 
-    // From both stations arrives all that a display needs, with times by this computer's clock.
+    // Everything that a display needs arrives from both stations, with times by this computer's
+    // clock.
     for (_, here, _, beside) in &mut seen {
         let mut display = Display::of(here);
         display.sees_after(0);

@@ -19,7 +19,7 @@ use crate::silenced::silence_devices;
 /// may be busy.
 const TRIES: usize = 3;
 
-/// Tasks, and the time that a hand gets which works them to the end, s.
+/// Tasks, and the time for a hand that works them to the end, s.
 const TASKS: [(&str, &str); 7] = [
     ("basics", "120"),
     ("scope", "120"),
@@ -29,11 +29,11 @@ const TASKS: [(&str, &str); 7] = [
     ("disconnect", "300"),
     ("full", "1200"),
 ];
-/// Time that a hand gets which makes one error, s.
+/// Time for a hand that makes one error, s.
 const ERROR_S: &str = "45";
 
 /// Hands that injure a structure: the structure, the alarms of which one must sound, and whether
-/// the injury ends the task. What the hook burns half through may tear at its end.
+/// the injury ends the task. Tissue that the hook burns half through may tear at its end.
 const INJURIES: [(&str, &str, &[&str], bool); 11] = [
     ("duct-cutter", "bile duct", &["cut"], true),
     ("duct-tearer", "bile duct", &["torn"], true),
@@ -237,7 +237,7 @@ fn agree(it: &Worked, hand: &str, task: &str) {
     }
 }
 
-/// True if the hand did what it is there for.
+/// True if the scripted hand caused its injury, made its error or did its task.
 fn did(it: &Worked, hand: &str, task: &str) -> bool {
     if let Some((_, organ, alarms, ends_task)) = INJURIES.iter().find(|it| it.0 == hand) {
         let injuries = it.summary["injuries"].as_array().expect("injuries");
@@ -273,7 +273,7 @@ fn did(it: &Worked, hand: &str, task: &str) -> bool {
     }
 }
 
-/// Works until the hand did what it is there for, a few times at most.
+/// Works until [`did`] is true, [`TRIES`] times at most.
 fn works(hand: &str, task: &str) -> Worked {
     for _ in 0..TRIES {
         let worked = work(hand, task);

@@ -430,8 +430,7 @@ fn a_comparison_looks_for_rtla_in_the_path() {
         "{notes}"
     );
     let (took_part, notes) = compared(&format!("{}:{own}", folder.path().display()), "with");
-    // The program is there. Whether it takes part is the kernel's to say, which may lack the
-    // tracer.
+    // The program is there. It takes part only if the kernel has the tracer.
     let tracers = std::fs::read_to_string("/sys/kernel/tracing/available_tracers");
     let has_tracer = tracers.is_ok_and(|it| it.split_whitespace().any(|name| name == "timerlat"));
     assert_eq!(took_part, has_tracer, "{notes}");

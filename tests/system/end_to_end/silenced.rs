@@ -38,8 +38,9 @@ pub(super) fn silence_devices(station: &str, run: u32) {
     becomes(true);
 }
 
-/// A careful surgeon loses haptic device, tracker and pedal for three seconds. The time is told and
-/// is not the trainee's. No alarm or injury is made of it, and the session is kept as scripted.
+/// A careful surgeon loses haptic device, tracker and pedal for three seconds. The result states
+/// this time, and does not count it as the trainee's. It causes no alarm or injury, and the session
+/// is kept as scripted.
 #[test]
 fn a_surgeon_who_loses_the_devices_is_told_so_and_loses_no_points_for_it() {
     let _turn = turn();

@@ -8,7 +8,7 @@ use system_tests::{calot, finish, said, station_name, summary, turn};
 
 /// Time between two refreshes of the compositor's screen, ns.
 const REFRESH_NS: u64 = 16_666_666;
-/// Number of pictures with which a run says enough.
+/// Number of pictures that a run must have before it is judged.
 const PICTURES: u64 = 10;
 
 /// Runs a station in a window of this compositor. Returns its summary and its page.
@@ -54,11 +54,12 @@ fn a_compositor_tells_when_it_presented_the_windows_pictures() {
     assert!(count("refresh_ns").abs_diff(REFRESH_NS) < 2, "{told}");
     let pictures = summary["motion_to_photon_ns"]["count"].as_u64();
     let pictures = pictures.expect("a number");
-    // The last pictures end on their way. Pictures of older states count above alone.
+    // The last pictures are still on their way at the end. `copies` and `skips` also count pictures
+    // of older states, `pictures` does not.
     assert!(count("copies") + count("skips") + 4 > pictures, "{told}");
     let presented = &summary["motion_to_presentation_ns"];
     assert!(presented["count"].as_u64() > Some(pictures / 2), "{told}");
-    // Half of the pictures take at least so long to come to the screen after they were handed over.
+    // A picture comes to the screen later than it is handed over.
     let median = |times: &Value| times["p50"].as_u64().expect("a time");
     assert!(
         median(presented) > median(&summary["motion_to_photon_ns"]),

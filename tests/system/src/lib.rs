@@ -35,7 +35,8 @@ pub fn calot() -> Command {
     command.current_dir(root()).stdin(Stdio::null());
     // Runs share a cache, so that they prepare each scene once.
     command.env("XDG_CACHE_HOME", built().join("cache"));
-    // Neither the settings of whoever runs the tests hold, nor those of another test.
+    // The program uses neither the settings of the person who runs the tests nor those of another
+    // test.
     static COUNT: AtomicU32 = AtomicU32::new(0);
     let count = COUNT.fetch_add(1, Ordering::Relaxed);
     let own = format!("settings-{}-{count}", std::process::id());

@@ -140,7 +140,7 @@ impl ScreenReader {
             .is_some()
     }
 
-    /// Waits for an object whose name begins with `name`, and does what it is for.
+    /// Waits for an object whose name begins with `name`, and performs its action.
     #[track_caller]
     pub fn work(&self, name: &str) {
         wait_until(name, || self.find(name).is_some_and(|it| self.act(&it)));

@@ -1,7 +1,8 @@
-//! The live line of a page: states as JSON, pictures as they come, requests of the instructor.
+//! The live connection of a page: states as JSON, pictures as they come, requests of the
+//! instructor.
 //!
-//! Each page takes the newest picture of a station when its line is free, so a slow page gets fewer
-//! pictures and delays nobody.
+//! Each page takes the newest picture of a station when its connection is free, so a slow page gets
+//! fewer pictures and delays nobody.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -22,7 +23,7 @@ use crate::roster::Instructor;
 const LOOK_EVERY: Duration = Duration::from_millis(15);
 /// Longest message of a page, bytes.
 const MESSAGE_MAX: usize = 4096;
-/// Interval at which the right to look is looked up again.
+/// Interval at which the person's rights are looked up again.
 const RIGHT_EVERY: Duration = Duration::from_secs(1);
 
 /// A request of the page.
@@ -35,7 +36,7 @@ enum Asked {
     Remark { station: String, text: String },
 }
 
-/// Numbers of what a page has got.
+/// Numbers of the newest state and pictures that a page has received.
 #[derive(Default)]
 struct Had {
     version: Option<u64>,
@@ -59,12 +60,12 @@ pub(super) async fn live(State(web): State<Web>, who: Who, upgrade: WebSocketUpg
     })
 }
 
-/// A page that looks.
+/// An open page.
 struct Visit<'a> {
     web: &'a Web,
     who: Who,
     had: BTreeMap<String, Had>,
-    /// The enlarged station, and since when.
+    /// The enlarged station, and when it was enlarged.
     large: Option<(String, Instant)>,
 }
 
@@ -78,7 +79,7 @@ impl<'a> Visit<'a> {
         }
     }
 
-    /// Shows the stations until the page is gone, or its right.
+    /// Shows the stations until the page is closed or the person's right has ended.
     async fn show(&mut self, mut socket: WebSocket) {
         let mut looks = tokio::time::interval(LOOK_EVERY);
         looks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
@@ -197,7 +198,7 @@ fn told(name: &str, known: &Known) -> Value {
     })
 }
 
-/// A picture that the page has not got: its kind, the length of the name, the name, JPEG.
+/// A picture that the page does not have yet: its kind, the length of the name, the name, JPEG.
 fn newer(name: &str, kind: u8, picture: Option<&Picture>, had: &mut u64) -> Option<Message> {
     let (number, bytes) = picture.filter(|it| it.0 != *had)?;
     *had = *number;

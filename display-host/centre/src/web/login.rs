@@ -14,11 +14,12 @@ use super::Web;
 use crate::error::CentreError;
 use crate::roster::random;
 
-/// Name of the cookie. Browsers take such a name over TLS only, and from this host alone.
+/// Name of the cookie. Browsers accept a cookie of such a name over TLS only, and from this host
+/// alone.
 const NAME: &str = "__Host-calot";
 /// Length of a login.
 const DAY: Duration = Duration::from_secs(12 * 3600);
-/// Wrong passwords for one name within [`MINUTE`] from which on it waits.
+/// Number of wrong passwords for one name within [`MINUTE`] after which the name must wait.
 const TRIES_MAX: usize = 5;
 const MINUTE: Duration = Duration::from_secs(60);
 
@@ -58,7 +59,7 @@ impl Logins {
         (now.saturating_duration_since(*since) < DAY).then(|| who.clone())
     }
 
-    /// True if too many wrong passwords came for this name of late.
+    /// True if too many wrong passwords came for this name lately.
     pub(super) fn is_guessed(&self, who: &str) -> bool {
         let mut wrong = self.wrong.lock().unwrap_or_else(PoisonError::into_inner);
         wrong.retain(|_, times| {

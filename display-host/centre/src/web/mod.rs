@@ -26,7 +26,7 @@ use self::tls::Lines;
 use crate::error::CentreError;
 use crate::hall::Hall;
 
-/// Policy of the page: nothing comes from elsewhere, and no other page shows it.
+/// Policy of the page: it loads nothing from elsewhere, and no other page may embed it.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; \
     connect-src 'self'; form-action 'self'; frame-ancestors 'none'; base-uri 'none'";
 
@@ -40,7 +40,7 @@ struct Web {
 /// Serves the page until the process ends. `listening` gets the address.
 ///
 /// # Errors
-/// [`CentreError::Listen`], and what is wrong with the keys.
+/// [`CentreError::Listen`]; [`CentreError::Keys`] if the keys cannot be used.
 pub async fn run(
     hall: Arc<Hall>,
     address: &str,
@@ -90,8 +90,8 @@ fn router(web: Web) -> Router {
         .layer(map_response(guard))
 }
 
-/// Adds what keeps browsers from doing more than they should. A policy of no referrer at all would
-/// hide from the login that its own page sends the form.
+/// Adds headers that restrict browsers. With a policy of no referrer at all, the login could not
+/// see that its own page sends the form.
 async fn guard(mut response: Response) -> Response {
     let headers = response.headers_mut();
     for (name, value) in [
@@ -139,7 +139,7 @@ async fn login(State(web): State<Web>, headers: HeaderMap, Form(given): Form<Giv
     let listed = web.hall.roster.read().await;
     let person = listed.instructors.get(&name).cloned();
     drop(listed);
-    // Argon2 takes a while, which is no work for the threads that serve everybody.
+    // Argon2 is slow, so it does not run in the threads that serve everybody.
     let checking = tokio::task::spawn_blocking(move || person.is_some_and(|it| it.has(&password)));
     if !checking.await.unwrap_or(false) {
         web.logins.note_wrong(&name);

@@ -32,7 +32,8 @@ async fn read<T: serde::Serialize + Default + Send + 'static>(
     }
 }
 
-/// True if this person may see everybody's results: who may see some stations only may not.
+/// True if this person may see everybody's results. A person who may see only some stations may
+/// not.
 async fn may_see_all(web: &Web, who: &str) -> bool {
     let roster = web.hall.roster.read().await;
     let person = roster.instructors.get(who);

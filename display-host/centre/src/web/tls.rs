@@ -20,7 +20,7 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// Handshakes at once.
 const HANDSHAKES_MAX: usize = 64;
 
-/// Lines of browsers whose handshakes are done.
+/// Connections of browsers whose handshakes are done.
 pub(super) struct Lines {
     ready: mpsc::Receiver<(TlsStream<TcpStream>, SocketAddr)>,
     address: SocketAddr,
@@ -54,7 +54,7 @@ async fn greet(
     let places = Arc::new(Semaphore::new(HANDSHAKES_MAX));
     while let Ok(place) = places.clone().acquire_owned().await {
         let Ok((stream, from)) = listener.accept().await else {
-            // Too many open files, for example: it passes.
+            // For example, too many files are open, which passes.
             tokio::time::sleep(Duration::from_millis(100)).await;
             continue;
         };

@@ -1,4 +1,4 @@
-//! Chromium without a window, led over its debugging line.
+//! Chromium without a window, controlled over its debugging port.
 
 use std::io::{BufRead as _, BufReader};
 use std::net::TcpStream;
@@ -89,7 +89,7 @@ impl Browser {
         told["result"]["value"].clone()
     }
 
-    /// Waits until an expression is true. A page that is being loaded may have none of it.
+    /// Waits until an expression is true. It may fail while the page is being loaded.
     pub(crate) fn until(&mut self, expression: &str) {
         let safe = format!(
             "(() => {{ try {{ return Boolean({expression}) }} catch {{ return false }} }})()"

@@ -15,7 +15,7 @@ use crate::cut::Cable;
 use crate::house::{House, Sent, heard, recording, sent};
 use crate::support::{Killed, wait};
 
-/// Stations that play all the time, stations that are cut off, stations that are killed.
+/// Numbers of stations that play all the time, that are cut off, and that are killed.
 const STEADY: usize = 40;
 const CUT: usize = 5;
 const KILLED: usize = 5;

@@ -1,4 +1,4 @@
-//! Lines that are cut, and a centre that is started anew.
+//! Connections that are cut, and a centre that is started anew.
 
 use std::net::{Shutdown, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use crate::page::Page;
 use crate::support::{Centre, centre_program, make_keys};
 
-/// Keys, a list and a running centre in a folder that goes with them.
+/// Keys, a list and a running centre, in a folder that is removed with them.
 pub(crate) struct House {
     pub(crate) folder: tempfile::TempDir,
     pub(crate) centre: Centre,

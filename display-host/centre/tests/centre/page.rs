@@ -45,7 +45,7 @@ pub(crate) fn request(centre: &Centre, authority: &Path, head: &str, body: &str)
     );
     line.write_all(text.as_bytes()).expect("sent");
     let mut answer = Vec::new();
-    // A server may end the line without TLS's farewell.
+    // A server may close the connection without TLS's closing message.
     let _ = line.read_to_end(&mut answer);
     String::from_utf8_lossy(&answer).into_owned()
 }
@@ -60,7 +60,7 @@ pub(crate) struct Page {
     pub(crate) pictures: BTreeMap<(char, String), u32>,
     /// Answer to the last remark.
     pub(crate) remark: Option<String>,
-    /// The centre ended the line.
+    /// The centre closed the connection.
     pub(crate) is_over: bool,
 }
 

@@ -12,7 +12,7 @@ use crate::support::{Killed, calot, wait};
 fn run(house: &House, task: &[&str], out: &str) -> Killed {
     let name = format!("test-{}-centre", std::process::id());
     let mut run = calot();
-    // Nobody's settings hold.
+    // The settings of the user who runs the test do not count.
     run.env("XDG_CONFIG_HOME", house.file("settings"));
     run.args(["run", "--headless", "--frames", "0", "--no-realtime"]);
     run.arg("--task").args(task);
@@ -70,7 +70,7 @@ fn a_real_station_is_seen_takes_a_remark_and_leaves_its_result() {
         (page.present() == 0).then_some(())
     });
 
-    // An operation with an injury: this hand cuts what no clip closes.
+    // An operation with an injury: this hand cuts a vessel that no clip closes.
     let mut operation = run(&house, &["clamp", "--hand", "unclamped"], "operation");
     let status = wait("the operation ends", || {
         page.look();

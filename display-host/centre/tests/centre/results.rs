@@ -36,7 +36,7 @@ fn results_wait_for_the_centre_arrive_once_and_are_forgotten_with_their_person()
     });
     assert!(house.centre.logged("result").len() >= 2);
     drop(first);
-    // A store that was brought back from a copy sends them again, and two new ones.
+    // A store that was restored from a copy sends the results again, and two new ones.
     std::fs::copy(&copy, &own).expect("copied");
     keep_results(&own);
     let second = join(&house);

@@ -1,4 +1,4 @@
-//! Stations come, go and err, and one is taken off the list.
+//! Stations that join, leave and fail, and one that is taken off the list.
 
 use std::process::Stdio;
 
@@ -35,7 +35,7 @@ fn stations_come_go_and_err_and_nothing_is_lost() {
             .all(|(kind, name)| *kind == 't' || name == "s-3")
     );
     assert_eq!(page.stations["s-1"]["state"]["task"]["score"], 90.0);
-    // A station that is killed goes, and comes back.
+    // A station that is killed disappears, and comes back.
     drop(second);
     wait("two stations are gone", || {
         page.look();
@@ -62,13 +62,14 @@ fn stations_come_go_and_err_and_nothing_is_lost() {
         late.len(),
         late.iter().max()
     );
-    // A name that is taken off the list is gone at once and comes no more.
+    // A name that is taken off the list disappears at once and does not come back.
     write_list(house.folder.path(), &["s-1", "s-2", "s-4"]);
     wait("it is off the list", || {
         page.look();
         (!page.stations.contains_key("s-3") && page.present() == 3).then_some(())
     });
-    // The log tells who watched it. A right that goes ends the watching, as the page does.
+    // The log records who watched it. The end of a right ends the watching, as the end of the page
+    // does.
     let watches = house.centre.logged("watches");
     assert_eq!(
         (&watches[0]["who"], &watches[0]["station"]),

@@ -17,7 +17,7 @@ fn strangers_are_refused_with_and_without_certificates_and_passwords() {
     let house = House::open(&["s-1", "stranger"], &["s-1"]);
     let file = house.file("recording");
     recording(&file);
-    // A certificate of the authority that is not on the list comes in and may do nothing.
+    // A certificate of the authority that is not on the list connects, and has no rights.
     let mut unlisted = house.rehearse(&file, &["stranger"]);
     let unlisted = Killed(unlisted.stdout(Stdio::null()).spawn().expect("a rehearsal"));
     let mut listed = house.rehearse(&file, &["s-1"]);
@@ -29,7 +29,7 @@ fn strangers_are_refused_with_and_without_certificates_and_passwords() {
     });
     assert_eq!(page.stations.len(), 1, "{:?}", page.stations.keys());
     drop(unlisted);
-    // One of another authority does not come in at all.
+    // A certificate of another authority does not connect at all.
     let other = tempfile::tempdir().expect("a folder");
     make_keys(other.path(), "evil", &["s-1".to_owned()]);
     let own = house.file("keys/s-1/ca.pem");
@@ -55,7 +55,7 @@ fn strangers_are_refused_with_and_without_certificates_and_passwords() {
         !String::from_utf8_lossy(&answer).contains("HTTP"),
         "{answer:?}"
     );
-    // Without a login the page shows nothing; a wrong password waits after some tries.
+    // Without a login the page shows nothing. After some tries, a wrong password has to wait.
     let authority = house.file("ca.pem");
     let ask = |head: &str| request(&house.centre, &authority, head, "");
     assert!(ask("GET /api/people HTTP/1.1").starts_with("HTTP/1.1 401"));
@@ -112,7 +112,7 @@ fn a_station_is_neither_heard_nor_told_beyond_its_own_name() {
         other["state"].is_null() && other["present"] == false,
         "{other}"
     );
-    // Nor does it hear the other one, or what the other one is asked.
+    // Nor does it receive messages of the other station, or requests to the other station.
     let mut station = house.rehearse(&file, &["s-1"]);
     let _station = Killed(station.stdout(Stdio::null()).spawn().expect("a rehearsal"));
     page.ask(&json!({"enlarge": "s-1"}));

@@ -83,8 +83,9 @@ pub(crate) fn make_keys(folder: &Path, centre: &str, members: &[String]) {
     }
 }
 
-/// A port that nobody listens at. It lies below those that the system gives to lines that go out: a
-/// station that tries to reach a centre that is away would else, now and then, reach itself.
+/// A port at which nobody listens. It lies below the ports that the system gives to outgoing
+/// connections. Otherwise a station that tries to reach an absent centre would, now and then, reach
+/// itself.
 pub(crate) fn free_port() -> u16 {
     static NEXT: AtomicU16 = AtomicU16::new(0);
     loop {

@@ -78,8 +78,8 @@ impl Records {
         Ok(records)
     }
 
-    /// Refuses a record store that says that it does not speak version 2. One that says nothing is
-    /// tried.
+    /// Refuses a record store that says that it does not speak version 2. A store that says nothing
+    /// is tried.
     fn check_version(&self) -> Result<(), DeliverError> {
         let answer = self.get(&format!("{}/about", self.to))?;
         match answer.status {
@@ -257,7 +257,7 @@ impl Centre for Records {
         let mut statements: Vec<Uuid> = { it.sessions.iter() }
             .map(|session| statement_id(session, &it.person))
             .collect();
-        // Those of other stations, if this user may look for them.
+        // Statements of other stations, if this user may look for them.
         match self.statements_of(&it.person, it.at_unix_s) {
             Ok(found) => statements.extend(found),
             Err(DeliverError::Access { .. }) => {}

@@ -111,7 +111,8 @@ pub(crate) fn voiding(home: &str, statement: Uuid, at_unix_s: i64) -> Value {
     })
 }
 
-/// True if a record store takes it: a scripted hand's session says nothing about the person.
+/// True if a record store takes this session. A scripted hand's session says nothing about the
+/// person.
 pub(crate) fn is_persons(it: &Outgoing) -> bool {
     it.session.hand == Hand::Person
 }

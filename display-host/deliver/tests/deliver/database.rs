@@ -110,7 +110,7 @@ fn the_later_telling_arrives_whatever_was_told_before_and_by_whom() {
     );
     assert_eq!(tell(true, None, Some(Consent::Yes), 20), "novice|yes");
     assert_eq!(tell(true, Some(""), None, 30), "|yes");
-    // Another station tells something older, then refuses again.
+    // Another station delivers an older statement, then a newer refusal.
     assert_eq!(tell(false, Some("expert"), Some(Consent::No), 15), "|yes");
     assert_eq!(tell(false, None, Some(Consent::No), 40), "|no");
     assert_eq!(tell(true, None, Some(Consent::Unknown), 50), "|unknown");

@@ -27,7 +27,7 @@ fn a_database_that_was_away_forgets_when_it_is_back_and_keeps_old_sessions_out()
     server.resume();
     let back = here.push_all(&owners(&server));
     assert_eq!(back.withdrawn, 1);
-    // Also what another station had sent is gone, and what it has not sent yet stays out.
+    // The other station's results are gone as well, and those that it has not sent yet stay out.
     let names = "SELECT name FROM calot.session JOIN calot.trainee USING (person)";
     assert_eq!(server.rows(names), ["Bo"]);
     assert_eq!(server.rows("SELECT name FROM calot.trainee"), ["Bo"]);
@@ -35,7 +35,7 @@ fn a_database_that_was_away_forgets_when_it_is_back_and_keeps_old_sessions_out()
     assert_eq!(late.sent, 0);
     assert!(late.forgotten_there.contains("Zaphod"), "{late:?}");
     assert_eq!(server.rows(names), ["Bo"]);
-    // Who comes back by own wish counts.
+    // A person who comes back by choice counts.
     here.keep("Zaphod", &session(600));
     assert_eq!(here.push_all(&owners(&server)).sent, 1);
     assert_eq!(
@@ -120,7 +120,7 @@ fn a_clock_that_is_ahead_keeps_nobody_out_for_years() {
     let now = i64::try_from(now.expect("a clock").as_secs()).expect("a time");
     let (mut here, mut there) = (Station::new(), Station::new());
     let ten_years = 315_360_000;
-    // The session of such a clock goes all the same.
+    // The session of a station with such a clock is gone all the same.
     here.keep("Zaphod", &session(now + ten_years - 60));
     here.push_all(&owners(&server));
     here.store

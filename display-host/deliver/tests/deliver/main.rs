@@ -14,7 +14,7 @@ use store::{Circumstances, Hand, SessionRecord, Store, new_id};
 use system_tests::lrs::Lrs;
 use system_tests::postgres::{OWNER, PASSWORD, Postgres};
 
-/// A store in a folder that goes with it.
+/// A store in a folder that is deleted with it.
 struct Station {
     _folder: tempfile::TempDir,
     path: PathBuf,

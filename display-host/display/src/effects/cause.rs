@@ -11,7 +11,7 @@ const TIP_M: f32 = 0.003;
 /// Temperature above the body's from which water boils, K. The controller keeps boiling tissue at
 /// 63.
 const BOILS_K: u8 = 62;
-/// Water that tissue has lost, in 255ths of all its water, from which on the tissue steams no more.
+/// Lost water at which tissue stops steaming, in 255ths of all its water.
 const DRY: u8 = 250;
 /// Largest number of places that steam at a time.
 const STEAMING: usize = 4;

@@ -71,7 +71,8 @@ impl Particle {
     }
 }
 
-/// Velocity of a flow without divergence, because no component depends on its own coordinate.
+/// Velocity of a swirling flow, about 1 in size; `own` tells particles apart. The flow has no
+/// divergence, because no component depends on its own coordinate.
 fn eddies(at_m: Vec3, age_s: f32, own: f32) -> Vec3 {
     let p = at_m * 60.0 + Vec3::splat(own * 9.0);
     let t = age_s * 0.9;

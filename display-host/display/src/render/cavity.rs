@@ -131,8 +131,8 @@ fn drawn_to(trocar: Vec3, eye: Vec3) -> Option<(Vec3, f32)> {
     DRAWN.contains(&far).then_some((trocar, angle))
 }
 
-/// Nearness of a direction to that of a trocar: 1 in the trocar's direction, 0.37 at `angle` off
-/// it, and about 0 at twice the angle.
+/// Nearness of a direction to the direction of a trocar: 1 if they agree, 0.37 at `angle` between
+/// them, and about 0 at twice the angle.
 fn nearness(way: Vec3, trocar: Vec3, angle: f32) -> f32 {
     let off = way.angle_between(trocar) / angle;
     (-off * off).exp()

@@ -28,8 +28,8 @@ const LITTLE: f32 = 0.55;
 /// desired one, whichever is longer.
 const LATE: f32 = 1.2;
 /// Frame interval, as a share of the screen's own interval, below which a better tier may be tried.
-/// Below `LITTLE` of the desired interval it may be tried, too. No frame interval is shorter than
-/// the screen's, so only a step up can show if there is room.
+/// An interval below `LITTLE` of the desired one allows this, too. No frame is shown sooner than
+/// the screen's interval, so only a trial of the better tier can show whether there is room.
 const IN_TIME: f32 = 1.1;
 /// Number of cheap windows in a row before a step up, at first.
 const PATIENCE: u32 = 6;
@@ -59,9 +59,9 @@ pub struct Governor {
 }
 
 impl Governor {
-    /// Governs a window on this device. A software driver begins with the cheapest tier, and the
-    /// time from picture to picture decides, because all that the processor does for a picture
-    /// counts. `screen_ms` is the screen's interval, or 0 if it is unknown.
+    /// Governs a window on this device. A software driver begins with the cheapest tier. Its cost
+    /// is the time between frames, which includes all work of the processor. `screen_ms` is the
+    /// screen's interval, or 0 if it is unknown.
     #[must_use]
     pub fn of(gpu: &Gpu, screen_ms: f32) -> Self {
         let tiers = Quality::tiers(gpu);

@@ -167,9 +167,9 @@ fn fork(solid: &mut Solid, half_width_m: f32) {
 }
 
 /// Adds a jaw along −z. `outline` takes a ring's index and its place along the jaw, 0 to 1. It
-/// returns three lengths, m: the half width, the height of the back, and that of the biting face.
-/// `bend` returns the lift at a place, m. The upper jaw lies at +y; the lower one is turned by 180°
-/// about z.
+/// returns three lengths, m: the half width, the height of the back, and the height of the biting
+/// face. `bend` returns the lift at a place, m. The upper jaw lies at +y; the lower one is turned
+/// by 180° about z.
 fn jaw(
     solid: &mut Solid,
     part: u32,

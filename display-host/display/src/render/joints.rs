@@ -200,7 +200,7 @@ fn collar(
         .get(range(other.vertices))
         .filter(|v| !v.is_empty())?;
     let r = end.radius_m;
-    // A junction of two tubes has less room than that of a tube and an organ.
+    // A junction of two tubes has less room than one of a tube and an organ.
     let wide = if is_tube(other.kind) { 1.5 } else { 2.1 } * r;
     let way = Way::new(end, onto)?;
     let side = end.along.any_orthonormal_vector();

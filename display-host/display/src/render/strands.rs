@@ -1,8 +1,8 @@
 //! Strands of connective tissue next to removed cells. They form a net of fibres along the sides of
-//! the remaining cells, from one to the other of the two structures that the tissue joins. Films
-//! fill some forks of the net, and a few fibres span the gaps. Fat has fewer strands of the same
-//! kind. The strands are anchored in skins and cells. They get thinner and straighter as their
-//! anchors move apart, and vanish with their cells.
+//! the remaining cells. The tissue joins two structures, and the net spans from one to the other.
+//! Films fill some forks of the net, and a few fibres span the gaps. Fat has fewer such strands.
+//! The strands are anchored in skins and cells. They get thinner and straighter as their anchors
+//! move apart, and vanish with their cells.
 
 mod anchors;
 mod course;

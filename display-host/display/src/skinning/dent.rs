@@ -235,7 +235,7 @@ mod tests {
         assert!(dented(&[dent], Vec3::ZERO, EDGE_M, |_| 0.0) == Vec3::ZERO);
         let half = dented(&[dent], Vec3::ZERO, EDGE_M, |_| 0.5);
         assert!((half.z + 0.0015).abs() < 1e-6, "{half}");
-        // The other dent is that of a jaw on the opposite side of a fold of 4 mm.
+        // A jaw on the opposite side of a fold of 4 mm makes the other dent.
         let mut other = dent;
         for end in [&mut other.a, &mut other.b] {
             end[2] = -0.004 - end[2];

@@ -126,7 +126,7 @@ fn acts(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
             }
         }
     });
-    // Above the field, where it stays in view in a low window.
+    // The answer is above the field, so that it stays in view in a low window.
     if let Some((answer, is_done)) = &state.act_answer {
         let mark = if *is_done { Mark::Good } else { Mark::Care };
         line(ui, mark, answer);

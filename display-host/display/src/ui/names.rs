@@ -29,7 +29,7 @@ fn runs_left(word: &str) -> bool {
     })
 }
 
-/// Says so if no font has the letters of a name. The name is kept as it is all the same.
+/// Shows a note if no font has the letters of a name. The name is used nevertheless.
 pub(super) fn warn(ui: &mut Ui, words: &Words, name: &str) {
     let font = FontId::default();
     // Marks have no glyph of their own in some fonts, and are drawn with their letter.

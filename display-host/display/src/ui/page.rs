@@ -12,8 +12,8 @@ const LOW: f32 = 420.0;
 const STAYING: usize = 2;
 
 /// Shows a screen: its content, and below it the buttons, which are always visible. In a low window
-/// the first [`STAYING`] are, and the others follow the content. Enter presses the button with the
-/// index `meant`, if any, unless another widget has the focus.
+/// only the first [`STAYING`] buttons are always visible, and the others follow the content. Enter
+/// presses the button with the index `meant`, if any, unless another widget has the focus.
 pub(super) fn screen<Wish: Clone>(
     ui: &mut Ui,
     name: &'static str,

@@ -49,8 +49,8 @@ pub(super) fn line(ui: &mut Ui, mark: Mark, text: &str) {
     });
 }
 
-/// Adds a heading whose click shows or hides more widgets. The heading wraps, which that of a
-/// [`CollapsingHeader`] does not by itself.
+/// Adds a heading whose click shows or hides more widgets. The heading is wrapped here, because a
+/// [`CollapsingHeader`] does not wrap.
 pub(super) fn folded(ui: &mut Ui, id: &'static str, title: String, add: impl FnOnce(&mut Ui)) {
     let font = TextStyle::Button.resolve(ui.style());
     let spacing = ui.spacing();

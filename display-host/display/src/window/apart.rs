@@ -11,7 +11,7 @@ use crate::headless::{Observed, RunOutcome};
 
 /// Period at which the connection to the screen is checked.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
-/// Stack of the window's thread, as large as that of a main thread, bytes.
+/// Stack of the window's thread, as large as a main thread's, bytes.
 const STACK_BYTES: usize = 8 << 20;
 
 /// Runs the window as [`run`] does, on a thread of its own. The caller goes on if the window fails

@@ -182,8 +182,8 @@ impl Canvas {
         match self.surface.get_current_texture() {
             Current::Success(texture) | Current::Suboptimal(texture) => Ok(Some(texture)),
             Current::Outdated | Current::Lost => {
-                // The size stays that of the last `Resized`. To ask a window that is gone for its
-                // size would panic.
+                // The size of the last `Resized` still holds. A window that is gone panics when it
+                // is asked for its size.
                 self.renew();
                 Ok(None)
             }

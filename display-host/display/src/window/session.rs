@@ -40,7 +40,7 @@ use crate::ui::{
 pub(super) struct Session {
     host: Host,
     feed: Feed,
-    /// Frames into which the newest ones are received, before the feed checks them.
+    /// Buffers for the newest frames, which the feed has not checked yet.
     inbox_state: Box<StateFrame>,
     inbox_tools: ToolFrame,
     /// Time at which the last valid state arrived.

@@ -11,8 +11,9 @@ use crate::support;
 
 /// Pixels along each side of the drawn picture, as many as the identity image has.
 const SIDE: u32 = 160;
-/// A drawn surface is an organ's if it lies no farther than this before the organ alone, as a share
-/// of the distance: the picture keeps distances in half precision.
+/// Tolerance of distances, as a share of the distance. A surface that is nearer than the organ
+/// drawn alone by at most this share counts as the organ's. The picture keeps distances in half
+/// precision.
 const SAME: f32 = 0.004;
 
 /// Visible share of an organ's pixels, and the share of the round picture that shows the organ, as
@@ -41,7 +42,7 @@ fn drawn(scene: &SceneFile, organ: usize, state: &StateFrame, tools: &ToolFrame)
             continue;
         }
         inside += 1.0;
-        // Nothing has no distance, or an endless one.
+        // Where nothing is drawn, the distance is zero or infinite.
         let is_there = (0.001..1.0).contains(alone);
         covered += f64::from(is_there);
         visible += f64::from(is_there && *all >= alone * (1.0 - SAME));

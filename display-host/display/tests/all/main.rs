@@ -1,5 +1,5 @@
-//! All tests of the display that need neither a window nor a controller, in one program, because each test program links
-//! all of wgpu and egui.
+//! All tests of the display that need neither a window nor a controller. They are one program,
+//! because each test program links all of wgpu and egui.
 
 mod effects;
 mod feed;

@@ -513,7 +513,7 @@ fn words_are_not_cut_off_and_do_not_cover_each_other() {
                 let mut desk = harness(language, shown, size);
                 let [width, height, percent] = size.map(f32::from);
                 desk.run_steps(2);
-                // The larger the text, the fewer points has the window of this size.
+                // With larger text, a window of the same size has fewer points.
                 let [wide, high] = [width, height].map(|it| it * 100.0 / percent);
                 desk.set_size(egui::vec2(wide, high));
                 desk.run_steps(4);

@@ -47,7 +47,8 @@ fn gpu_and_cpu_agree() {
         (0.001, pressed),
     ] {
         let mut motions = lively(scene.spheres().len(), size_m);
-        // The motions also turn and stretch, over a metre ten times as much as they translate.
+        // The motions also turn and stretch. Over a metre, that moves skin ten times as far as the
+        // translations do.
         for (i, x) in motions
             .as_flattened_mut()
             .as_flattened_mut()

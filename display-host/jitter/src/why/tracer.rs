@@ -227,7 +227,7 @@ fn take(text: &mut Vec<u8>, course: &Mutex<Course>) {
     let lines = String::from_utf8_lossy(&lines);
     let mut course = course.lock().unwrap_or_else(PoisonError::into_inner);
     for (at_ns, event) in lines.lines().filter_map(parse::line) {
-        // A note about lost events has no time of its own. It takes that of the last event before
+        // A note about lost events has no time of its own. It takes the time of the event before
         // it.
         let at_ns = match event {
             Event::Lost(_) => course.known_to_ns,

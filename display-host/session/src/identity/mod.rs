@@ -1,12 +1,12 @@
 //! Identity image: the structure that each pixel of the endoscope's picture shows, and how much of
 //! each structure it shows.
 //!
-//! The skins of the organs are drawn where the organs lie now, as the display draws them, together
-//! with the instrument and the layered tissue that is left. A pixel keeps the nearest surface, and
-//! also the organs behind it. So a small picture, which the processor alone draws a few times a
-//! second, tells how much of an organ is in view, how much of this part nothing hides, and how
-//! large it is. The recorder writes these shares into the course ([`crate::EntryContent::Seen`]),
-//! and an assessment of the recording needs neither a graphics card nor the simulation.
+//! The image shows the skins of the organs where they lie now, the instrument, and the layered
+//! tissue that is left. A pixel keeps the nearest surface, and also the organs behind it. The
+//! processor alone draws such a small picture a few times a second. It gives three shares: how much
+//! of an organ is in view, how much of this part nothing hides, and how large it is. The recorder
+//! writes these shares into the course ([`crate::EntryContent::Seen`]). So an assessment of the
+//! recording needs neither a graphics card nor the simulation.
 //!
 //! Smoke and dirt on the lens are left out.
 
@@ -55,8 +55,8 @@ fn view_of(shaft: &PoseMsg, [off_rad, turned_rad]: [f32; 2]) -> PoseMsg {
     }
 }
 
-/// Plane through cystic duct and artery at rest. The plane does not move with the organs, which sag
-/// once they are free: front and back of the triangle are those of the body.
+/// Plane through cystic duct and artery at rest. It divides the front of the triangle from the
+/// back. The plane does not move with the organs, which sag once they are free.
 struct Plane {
     middle_m: Vec3,
     normal: Vec3,

@@ -28,8 +28,8 @@ impl Seen {
     }
 }
 
-/// View of an organ. Shares, and the root of the size, are kept in steps of 1/255, so that an
-/// assessment of the recording reads exactly the numbers of the running assessment.
+/// View of an organ. Shares, and the root of the size, are kept in steps of 1/255. So an assessment
+/// of the recording reads exactly the numbers of the running assessment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct OrganSeen(pub(crate) [u8; 4]);
 

@@ -1,4 +1,4 @@
-//! The surfaces of a scene where they lie now.
+//! Present places of the surfaces of a scene.
 
 use shared_mem::message::SphereState;
 use shared_mem::scene::{

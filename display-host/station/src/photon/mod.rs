@@ -44,8 +44,8 @@ use crate::stop;
 
 /// Size of the window until it covers the whole screen, pixels.
 const SIZE: [u32; 2] = [1280, 720];
-/// The time between two changes is the longest time to light and this, ms. The default sum, 499 ms,
-/// is odd, so that changes fall into all phases of the screen's frames.
+/// The time between two changes is the longest time to light plus this, ms. The default sum, 499
+/// ms, is odd, so that changes fall into all phases of the screen's frames.
 const APART_MS: u64 = 99;
 /// If the times of the sensor's edges are uncertain by this or more (±), a note says so, ms.
 const COARSE_MS: f64 = 1.0;

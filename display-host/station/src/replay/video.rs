@@ -195,7 +195,7 @@ impl Film {
     }
 }
 
-/// Time that effects play from one tick to another, s. `switches` are those of the later one.
+/// Time that effects play from one tick to another, s. `switches` belong to the later tick.
 fn seconds_between(from: u64, to: u64, switches: Switches) -> f32 {
     match switches.contains(Switches::PAUSED) {
         true => 0.0,

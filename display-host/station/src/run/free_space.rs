@@ -18,7 +18,7 @@ const LEAST_S: f64 = 60.0;
 /// Assumed length of an operation without `--seconds`, s.
 const OPEN_S: f64 = 3600.0;
 
-/// Compares the free bytes at `path` with those of a session of `seconds` that holds a scene of
+/// Compares the free bytes at `path` with the size of a session of `seconds` that holds a scene of
 /// this size. Warns if the session will not fit.
 ///
 /// # Errors

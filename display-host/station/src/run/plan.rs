@@ -35,7 +35,7 @@ pub(super) struct Planned<'a> {
     pub(super) folder: Folder,
     /// File of the compiled scene.
     pub(super) scene: PathBuf,
-    /// The centre that hears of this station, if there is one.
+    /// The centre to which the station is reported, if there is one.
     pub(super) centre: Option<Centre>,
 }
 

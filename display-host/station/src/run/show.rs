@@ -49,7 +49,7 @@ pub(super) struct Shown<'a> {
     pub(super) assessed: Option<task::Ended>,
     /// Devices that the controller opened.
     pub(super) devices: Vec<DeviceSummary>,
-    /// Tells a centre of this station, until its results are in the store.
+    /// Reports this station to a centre, until the run's results are in the store.
     pub(super) told: Option<Told>,
 }
 

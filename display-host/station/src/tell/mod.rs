@@ -1,8 +1,8 @@
-//! `calot tell`: what a centre hears of a station, as frames on standard output. The program
-//! `calot-centre` starts it and takes the frames over the network; this one opens no port.
+//! `calot tell`: writes reports about a station as frames to standard output. The program
+//! `calot-centre` starts it and sends the frames over the network. `calot tell` opens no port.
 //!
-//! Standard input has a JSON object a line: `{"tile_hz": 2, "view_hz": 30}` asks for pictures,
-//! `{"id": 1, "remark": "…"}` asks the station for an act. Its end ends the program.
+//! Each line of standard input is a JSON object: `{"tile_hz": 2, "view_hz": 30}` asks for pictures,
+//! `{"id": 1, "remark": "…"}` asks the station for an act. The program ends when its input ends.
 
 mod frame;
 mod picture;
@@ -35,9 +35,10 @@ use crate::stop;
 
 /// Interval between two looks at the station.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
-/// Longest time between two states. What an instructor waits for is told at once.
+/// Longest time between two reports of the state. A change for which an instructor waits is
+/// reported at once.
 const TELL_EVERY: Duration = Duration::from_millis(500);
-/// Interval between two looks for the resources of dead processes.
+/// Interval between two searches for resources that dead processes left behind.
 const TIDY_EVERY: Duration = Duration::from_secs(5);
 /// Events that wait for the next picture, at most.
 const EVENTS_MAX: usize = 4096;
@@ -114,7 +115,7 @@ fn listen(moment: Arc<Mutex<Moment>>, ask: Sender<(u64, String)>, stop: Arc<Atom
     });
 }
 
-/// Asks the station for acts, in a thread of its own: an answer may take a second.
+/// Asks the station for acts, in a thread of its own, because an answer may take a second.
 fn act(station: Station, acts: Receiver<(u64, String)>, out: Arc<Out>) {
     std::thread::spawn(move || {
         for (id, remark) in acts {
@@ -144,7 +145,7 @@ fn outcome(told: Result<u32, shared_mem::service::ServiceError>) -> String {
     }
 }
 
-/// Draws in a thread of its own: a picture may take longer than an alarm may wait.
+/// Draws in a thread of its own, because a picture may take longer than an alarm may wait.
 fn paint(scene: PathBuf, moment: Arc<Mutex<Moment>>, out: Arc<Out>, stop: Arc<AtomicBool>) {
     std::thread::spawn(move || {
         let mut send = |is_large: bool, picture: &[u8]| {

@@ -90,7 +90,7 @@ pub(super) fn draw(
             tools
         };
         for ((is_large, size, open), due) in sizes.iter_mut().zip(due) {
-            // An album that was open hears of every event, so that its effects are whole.
+            // An open album gets every event, so that its effects are complete.
             if open.is_none() && due {
                 *open = Some((Album::open(&scene, *size)?, Instant::now()));
             }

@@ -1,4 +1,4 @@
-//! The state of a station as a centre hears it.
+//! The state of a station as it is reported to a centre.
 
 use std::time::{Duration, Instant};
 
@@ -8,9 +8,9 @@ use serde::Serialize;
 use shared_mem::message::{DeviceHealth, TimingBatch, ToolFrame};
 use shared_mem::words::Switches;
 
-/// Age of the newest state from which on the station counts as silent.
+/// Age of the newest state at which the station counts as silent.
 const SILENT: Duration = Duration::from_secs(1);
-/// Alarms that each state repeats, so that one that was lost on its way comes with the next.
+/// Number of alarms that each report repeats, so that a lost report loses no alarm.
 const ALARMS_TOLD: usize = 32;
 
 /// A text in the languages of the interface.
@@ -64,7 +64,7 @@ struct State<'a> {
     newest_alarms: &'a [Alarm],
 }
 
-/// Collects what is told.
+/// Collects the report of a station.
 pub(super) struct Teller {
     operation: u64,
     trainee: Option<String>,
@@ -77,7 +77,7 @@ pub(super) struct Teller {
     counted: usize,
 }
 
-/// Facts that are told at once when they change: alarms, step, end, silence, pause, realtime,
+/// Facts that are reported at once when they change: alarms, step, end, silence, pause, realtime,
 /// device.
 pub(super) type News = (usize, usize, bool, bool, bool, Option<bool>, &'static str);
 

@@ -25,7 +25,7 @@ fn names(store: &Store) -> Vec<String> {
 fn a_forgotten_trainee_stays_out_of_every_store_that_knows_of_it() {
     let (folder, station) = folder();
     let ids = shared(&station);
-    // The centre knows the first session only: the mark of the name keeps the second out.
+    // The centre knows the first session only. It keeps the second out because it marked the name.
     let centre = folder.path().join("centre.sqlite");
     let mut store = Store::open(&centre).unwrap();
     store
@@ -49,7 +49,7 @@ fn a_forgotten_trainee_stays_out_of_every_store_that_knows_of_it() {
     let merged = third.merge(&station).unwrap();
     assert_eq!((merged.left_out_sessions, merged.known), (2, 1));
     assert_eq!(names(&third), ["Bo"]);
-    // The station still has Zaphod, and is told.
+    // The station still has Zaphod, and the merge reports that the centre forgot Zaphod.
     let mut station = Store::open(&station).unwrap();
     let merged = station.merge(&centre).unwrap();
     assert_eq!(merged.forgotten_there, ["Zaphod"]);

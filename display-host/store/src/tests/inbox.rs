@@ -52,7 +52,7 @@ fn a_session_is_taken_once_with_what_is_known_of_it() {
         said.contains("allowed is the id that belongs to the name"),
         "{said}"
     );
-    // What travels is JSON, and every bit of a number arrives.
+    // Messages are JSON, and every bit of a number arrives.
     let text = serde_json::to_string(&first).unwrap();
     assert_eq!(serde_json::from_str::<Outgoing>(&text).unwrap(), first);
 }

@@ -79,7 +79,7 @@ fn a_session_whose_sheets_or_person_changed_waits_again() {
     assert_eq!(enrolled[0].told.consent, Consent::No);
     let same = change(&|store| store.enrol("Ada", None, Some(Consent::No), 5).unwrap());
     assert!(same.is_empty());
-    // Told once more, it may be news for a centre that heard otherwise in between.
+    // A repeated statement may be new to a centre that received another one in between.
     let later = change(&|store| store.enrol("Ada", None, Some(Consent::No), 6).unwrap());
     assert_eq!(later[0].told.consent_unix_s, Some(6));
 }

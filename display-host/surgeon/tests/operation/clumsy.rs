@@ -11,7 +11,7 @@ fn of(result: &Performance, metric: Metric) -> f64 {
 }
 
 /// Movements of the hand cost no points (`rules.toml` says why), so only the hand whose picture
-/// wanders off loses some. The metrics tell of the others.
+/// wanders off loses some. The metrics show the others.
 #[test]
 fn a_clumsier_hand_never_scores_better_and_its_metric_notices_it() {
     let careful = operate(Surgeon::Careful, Task::Clamp, 60);
@@ -40,9 +40,10 @@ fn a_clumsier_hand_never_scores_better_and_its_metric_notices_it() {
     let of_careful = |metric| of(&careful, metric);
     let trembling = than_careful(Surgeon::Trembling, 60);
     let (smooth, _) = trembling(Metric::Smoothness);
-    // It was measured as 0.3 less smooth. The hand trembles in a circle, and only the part along
-    // its way shows in a speed; of a tremor of 8 Hz the low-pass stages leave an eighth. The tests
-    // of `assess` (`tremor_along_the_way_is_less_smooth_and_tremor_across_it_hardly`) show both.
+    // A trembling hand was measured as 0.3 less smooth. It trembles in a circle. Only the part
+    // along its way shows in a speed, and of a tremor of 8 Hz the low-pass stages leave an eighth.
+    // The tests of `assess` (`tremor_along_the_way_is_less_smooth_and_tremor_across_it_hardly`)
+    // show both.
     assert!(smooth < of_careful(Metric::Smoothness) - 0.2, "{smooth}");
     let wandering = than_careful(Surgeon::Wandering, 60);
     let (out_s, score) = wandering(Metric::OutOfView);
@@ -53,7 +54,8 @@ fn a_clumsier_hand_never_scores_better_and_its_metric_notices_it() {
     assert!(idle_s > of_careful(Metric::Idle) + 10.0, "{idle_s}");
 }
 
-/// The haptic device is gone for three seconds. They are told, and they are not the trainee's.
+/// The haptic device is gone for three seconds. The result states them, and they cost the trainee
+/// nothing.
 #[test]
 fn a_lost_device_is_told_and_costs_nothing() {
     let scene = triangle();

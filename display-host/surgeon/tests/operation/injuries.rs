@@ -6,7 +6,7 @@ use surgeon::Surgeon;
 
 use crate::operate;
 
-/// An injury that a surgeon does, and the alarm that tells of it.
+/// An injury that a surgeon causes, and its alarm.
 type Done = (
     Surgeon,
     u64,

@@ -47,8 +47,9 @@ fn pose(scene: &SceneFile, [left, up, advance_m]: [f64; 3]) -> PoseMsg {
     }
 }
 
-/// Most pixels of duct and of artery that a picture shows at the start of `identify`, over all
-/// poses of the grid, and the number of pictures in which the cover is seen.
+/// Draws a picture from each pose of the grid, at the start of `identify`. Returns the largest
+/// numbers of pixels that show the duct and the artery, and the number of pictures that show the
+/// cover.
 fn bared(scene: &SceneFile) -> ([usize; 2], usize) {
     let mut identity = Identity::of(scene);
     let kinds = [

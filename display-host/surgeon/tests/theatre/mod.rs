@@ -48,7 +48,7 @@ struct Alone<'a, 'b> {
     unseen: VecDeque<Seen>,
     /// Delay of each view, s.
     late_s: f64,
-    /// Changes what is recorded of the hands at a time, s.
+    /// Changes the recorded movement of the hands at a time, s.
     spoil: &'a dyn Fn(f64, &mut Movement),
     identity: Identity,
     /// Angle between view and shaft, and the view's turn about the shaft, rad.
@@ -166,7 +166,7 @@ pub(crate) fn work(
     work_with(start, surgeon, task, scene, times_s, watch, &|_, _| {})
 }
 
-/// Works as [`work`] does. `spoil` changes what is recorded of the hands at a time, s.
+/// Works as [`work`] does. `spoil` changes the recorded movement of the hands at a time, s.
 pub(crate) fn work_with(
     start: Option<u8>,
     surgeon: Surgeon,

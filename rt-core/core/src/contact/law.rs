@@ -28,9 +28,10 @@ pub(crate) enum Shape {
 const RELATIVE_CURVATURE_MIN: f32 = -0.5;
 /// Upper bound of the skin's curvature times the ball's radius.
 const RELATIVE_CURVATURE_MAX: f32 = 3.0;
-/// Margin of stiffness. At the largest half-width of the law, the dent's stiffness is at most the
-/// spheres' stiffness `1/c` less this share. On convex skin the stiffness is largest a little
-/// before that half-width, so each unit of relative curvature adds the share once more.
+/// Margin of stiffness, as a share of the spheres' stiffness `1/c`. At the largest half-width of
+/// the law, the dent's stiffness lies below `1/c` by at least this share. On convex skin the
+/// stiffness is largest a little before that half-width, so the margin grows by the share again for
+/// each unit of relative curvature.
 const STIFFNESS_MARGIN: f32 = 0.01;
 
 /// Softening of a neo-Hookean half-space: the force of a linear half-space is divided by `1 + this
@@ -247,9 +248,9 @@ impl Law {
         )
     }
 
-    /// Self-influence distance of the contact under this force, m. If the contact's load increases
-    /// a little, the contact yields a little. At this distance from a point load as large as the
-    /// increase, the half-space yields as much. A deeply indented ball keeps Hertz's distance.
+    /// Self-influence distance of the contact under this force, m. Under a small additional load
+    /// the contact yields by some length. At this distance from a point load of the same size, a
+    /// half-space yields by the same length. A deeply indented ball keeps Hertz's distance.
     pub(crate) fn self_influence_distance_m(&self, force_n: f32) -> f32 {
         let force_n = force_n.max(0.0); // `max` also turns NaN into 0
         match self.shape {

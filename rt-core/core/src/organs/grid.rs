@@ -96,7 +96,8 @@ impl GridSphere {
         sphere: 0,
     };
 
-    /// True if its centre was nearer to `center_m` than the sum of its reach and `reach_m`.
+    /// True if this sphere's centre was nearer to `center_m` than the sum of its reach and
+    /// `reach_m`.
     #[inline(always)]
     pub(super) fn is_near(&self, center_m: &[f32; 3], reach_m: f32) -> bool {
         let [x, y, z] = self.center_m;

@@ -37,8 +37,8 @@ const MARGIN_M: f32 = 0.003;
 /// m/s) are found in the next grid.
 const TRAVEL_MAX_M: f32 = 0.003;
 
-/// Travel since its last search below which a sphere counts as still, m. Since the later of their
-/// two searches, two still spheres can have approached by three times this value.
+/// Travel since its last search below which a sphere counts as still, m. Two still spheres can have
+/// approached each other by three times this value since the later of their two searches.
 const STILL_TRAVEL_M: f32 = 0.000_15;
 
 /// Upper bound of the distance to which a pair within one organ is pressed apart, as a share of the

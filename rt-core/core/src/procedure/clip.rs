@@ -250,8 +250,8 @@ fn segment_ends(segment: &TubeSegment, bodies: &Bodies) -> ([Vec3; 2], f32) {
     (spheres.map(|it| bodies.nodes.at(it).center_m()), a.min(b))
 }
 
-/// Position at which a link with these ends (world frame, m) crosses between the jaws, as a share
-/// of the link, and the share of the lumen that a clip at the jaws' ends closes there.
+/// Two shares for a link with these ends (world frame, m): the position along the link at which it
+/// crosses between the jaws, and the part of its lumen that a clip at the jaws' ends closes there.
 fn covered_share(jaws: &Jaws<'_>, ends_m: &[Vec3; 2], radius_m: f32) -> Option<(f32, f32)> {
     let crossing = jaws.crossing(ends_m, radius_m)?;
     let (tip_m, half_m) = (

@@ -236,7 +236,7 @@ impl Unrest {
     }
 
     /// Takes the place of the endoscope's lens in this tick, m; `None` while it is outside the
-    /// body. Returns its speed, m/s, in a tick in which it is seen to move.
+    /// body. Returns its speed, m/s; 0 in a tick in which no movement shows.
     pub(crate) fn follow_lens(&mut self, lens_m: Option<Vec3>) -> f32 {
         self.lens.follow(lens_m)
     }

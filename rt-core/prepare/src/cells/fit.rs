@@ -6,8 +6,9 @@ use crate::field::Nearest;
 
 /// Corners farther from the surface than this stay where they are, in cell sizes.
 const REACH_CELLS: f64 = 0.75;
-/// A move is refused if it makes the triple product of the edges at any corner of a cell smaller
-/// than this share of its first value, or than 2 % of the product of the edges' lengths.
+/// Share of its first value that the triple product of the edges must keep at each corner of a
+/// cell. A move that makes it smaller is refused, and so is one that makes it smaller than 2 % of
+/// the product of the edges' lengths.
 const LEFT: f64 = 0.2;
 /// Shares of the way to the surface that are tried, the largest first.
 const TRIES: [f64; 4] = [1.0, 0.7, 0.4, 0.2];

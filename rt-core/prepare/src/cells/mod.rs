@@ -9,8 +9,8 @@
 //! 3. Layers lie evenly between the two outlines. The borders of the layers have a point on every
 //!    ray.
 //! 4. Eight points make a hexahedron: two neighbouring borders, on two neighbouring rays, in two
-//!    neighbouring sections. Cells with little tissue are left out, so many that the others have
-//!    the organ's volume, and then small groups of cells.
+//! neighbouring sections. Cells with little tissue are left out until the other cells have the
+//! organ's volume. Then small groups of cells are left out.
 //! 5. Corners of faces without a neighbour are moved towards the organ's surface ([`fit`]).
 //!
 //! Each cell follows the organ's spheres near the cell's middle.
@@ -40,9 +40,9 @@ pub(crate) use region::Regions;
 
 /// Fewest cells of a connected group that is kept. A smaller group would hang in the air.
 const GROUP_MIN: usize = 8;
-/// Cells with a face without a neighbour lie under a contact vertex up to this distance from the
-/// face, in cell sizes. A face turned away from the skin's normal counts as up to two cell sizes
-/// farther. The nearest cell always lies under the vertex.
+/// A cell counts as under a contact vertex if a face of the cell without a neighbour is at most
+/// this far from the vertex, in cell sizes. A face turned away from the skin's normal counts as up
+/// to two cell sizes farther. The nearest cell always counts.
 const OVER_CELLS: f64 = 2.5;
 
 /// Layered tissue at rest. Indices count within the organ.

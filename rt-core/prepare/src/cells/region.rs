@@ -14,7 +14,7 @@ const MARGINS_M: [f64; 3] = [0.003; 3];
 /// bile duct does not belong to the triangle, because a surgeon keeps away from the bile duct.
 const COVERED_M: [f64; 3] = [0.003, 0.003, -0.003];
 /// Under a cover, tissue farther than this behind the triangle's plane does not belong to the
-/// triangle, m: it lies behind duct and artery, where one instrument does not come from the front.
+/// triangle, m: duct and artery keep an instrument in front from reaching it.
 const BEHIND_M: f64 = 0.002;
 /// The lower bed reaches from the neck over this share of the bed's length.
 const LOWER: f64 = 1.0 / 3.0;

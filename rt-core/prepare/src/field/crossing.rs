@@ -29,7 +29,8 @@ pub(super) fn inside(mesh: &Mesh, grid: &Grid) -> Vec<bool> {
     inside
 }
 
-/// Volumes that a closed surface encloses, and that it encloses more than once or inside out.
+/// Volume that a closed surface encloses, and the volume that it encloses more than once or inside
+/// out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Overlap {
     /// Volume with a winding number above zero, m³.

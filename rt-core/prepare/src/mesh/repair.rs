@@ -49,7 +49,7 @@ const LID_SHARE_MAX: f64 = 0.6;
 /// Number of grid cells along the mesh's longest side when the overlap is measured.
 const OVERLAP_LINES: f64 = 120.0;
 
-/// A mended mesh and what was done to it.
+/// A mended mesh and its repairs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mended {
     /// The closed surface, oriented outward.

@@ -24,7 +24,7 @@ pub(super) const WALLS: [(Wall, f64); 3] = [
 
 /// Volume of the usual gallbladder inside its wall, mm³.
 const ROOM_MM3: f64 = 40_000.0;
-/// Largest share of it that stones fill.
+/// Largest share of that volume that stones fill.
 const FULL: f64 = 0.5;
 
 /// State of the gallbladder's wall.
@@ -105,7 +105,7 @@ impl Stones {
         Self { count, size_mm }
     }
 
-    /// Share of the gallbladder that they fill.
+    /// Share of the gallbladder that the stones fill.
     #[must_use]
     pub fn share(&self) -> f64 {
         f64::from(self.count) * volume_mm3(self.size_mm) / ROOM_MM3

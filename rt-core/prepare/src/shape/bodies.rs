@@ -16,7 +16,7 @@ pub(super) struct Bodies {
     pub(super) bile_duct: Tube,
     pub(super) hepatic_artery: Tube,
     pub(super) cystic_artery: Tube,
-    /// Outside of the courses with an accessory artery it is there but not used.
+    /// In courses without an accessory artery, this tube exists but is not used.
     pub(super) accessory_artery: Tube,
     pub(super) fat: Tube,
     /// Part of the gallbladder over which the cover of duct and artery reaches, as thick as the

@@ -17,7 +17,7 @@ pub(super) fn distance(bodies: &Bodies, p: &Vec3) -> f64 {
     distance_below(bodies, p, f64::INFINITY)
 }
 
-/// The result of [`distance`] if it is below `limit_m`, else any value that is not.
+/// The result of [`distance`] if that is below `limit_m`, else any number from `limit_m` upwards.
 pub(super) fn distance_below(bodies: &Bodies, p: &Vec3, limit_m: f64) -> f64 {
     let room = FOSSA_GAP_M - 2.0 * GAP_M;
     let thickness = room * bodies.anatomy.connective_tissue.width.min(1.0);

@@ -2,7 +2,8 @@
 //! The ducts emerge from the fat.
 //!
 //! With a cover ([`Anatomy::cover_mm`]) fat and peritoneum also wrap cystic duct and cystic artery
-//! from end to end, and the gallbladder's neck, so that nobody sees the two before the dissection.
+//! from end to end, and the gallbladder's neck. Then nobody sees duct and artery before the
+//! dissection.
 
 use super::anatomy::Anatomy;
 use super::bodies::Bodies;
@@ -39,11 +40,12 @@ const BLEND_M: f64 = 0.004;
 const COLLAR_M: f64 = 0.004;
 /// Edges where organs are carved out are rounded over this distance, m.
 const EDGE_BLEND_M: f64 = 0.001;
-/// From this distance of the fat's body on, a lower bound of the distance is enough, m.
+/// Beyond this distance from the fat's body, a lower bound of the distance is enough, m.
 pub(super) const FAR_M: f64 = 0.006;
-/// Tubes farther than this do not touch a body that is nearer than [`FAR_M`], m. The body's three
-/// joins take 3 mm off at most, so its nearest tube is within 9 mm. Another one joins it only from
-/// [`BLEND_M`] farther, 13 mm. A cover adds 8 mm at most.
+/// Distance from a tube up to which the tube can shape the part of the body that is nearer than
+/// [`FAR_M`], m. The body's three joins take off 3 mm at most, so the nearest piece of this part is
+/// within 9 mm. Another piece blends with it only within [`BLEND_M`] more, so within 13 mm. A cover
+/// of at most 8 mm lies between a tube and its piece.
 const BODY_REACH_M: f64 = 0.022;
 /// Part of the gallbladder's neck that every cover wraps, m.
 const NECK_M: f64 = 0.009;
@@ -117,7 +119,7 @@ pub(super) fn distance(bodies: &Bodies, p: &Vec3) -> f64 {
         (&bodies.hepatic_artery, beside_m),
         (&bodies.cystic_artery, GAP_M),
     ];
-    // From this distance on, `carve` returns `d`.
+    // At this distance or more, `carve` returns `d`.
     let reach_m = |d: f64, gap_m: f64| EDGE_BLEND_M - d + gap_m + ROUNDING_M;
     for (tube, gap_m) in tubes {
         d = carve_tube(d, tube, gap_m, EDGE_BLEND_M, p);

@@ -30,13 +30,13 @@ pub(super) fn distance(bodies: &Bodies, p: &Vec3) -> f64 {
     distance_below(bodies, p, f64::INFINITY)
 }
 
-/// The result of [`distance`] if it is below `limit_m`, else any value that is not.
+/// The result of [`distance`] if that is below `limit_m`, else any number from `limit_m` upwards.
 pub(super) fn distance_below(bodies: &Bodies, p: &Vec3, limit_m: f64) -> f64 {
     const BLEND_M: f64 = 0.007;
     let (pouch, radius) = bodies.pouch;
     let pouch = ball(p, pouch.into(), radius);
-    // From this distance of the pear on, either `join` returns `pouch`, or both are so far away
-    // that their join is, too.
+    // At this distance from the pear or more, either `join` returns `pouch`, or pear and pouch are
+    // so far away that their join is at least `limit_m`.
     let reach_m = pouch.min(limit_m) + BLEND_M + ROUNDING_M;
     let pear = bodies.gallbladder.distance_below(p, reach_m);
     join(pear, pouch, BLEND_M)

@@ -15,7 +15,7 @@ use std::sync::LazyLock;
 /// Length of a triangle's side, m.
 pub(super) const EDGE_M: f64 = 0.0037;
 
-/// Point about which the body that `drawn` models is scaled, m.
+/// Point about which the body of [`drawn`] is scaled, m.
 const MIDDLE: [f64; 3] = [-0.062, 0.290, -0.030];
 /// Scale that gives the body a healthy adult's volume.
 const SIZE: f64 = 0.94;
@@ -66,15 +66,15 @@ pub(super) fn distance(bodies: &Bodies, p: &Vec3) -> f64 {
     distance_below(bodies, p, f64::INFINITY)
 }
 
-/// The result of [`distance`] if it is below `limit_m`, else any value that is not.
+/// The result of [`distance`] if that is below `limit_m`, else any number from `limit_m` upwards.
 pub(super) fn distance_below(bodies: &Bodies, p: &Vec3, limit_m: f64) -> f64 {
     const BLEND_M: f64 = 0.006;
     let body = body(p, &bodies.anatomy.liver);
-    // What is carved out only adds to the distance.
+    // Carving only adds to the distance.
     if body >= limit_m {
         return body;
     }
-    // From this distance of the gallbladder on, `carve` returns `body`.
+    // At this distance from the gallbladder or more, `carve` returns `body`.
     let reach_m = BLEND_M - body + FOSSA_GAP_M + ROUNDING_M;
     let gallbladder = gallbladder::distance_below(bodies, p, reach_m);
     carve(body, gallbladder - FOSSA_GAP_M, BLEND_M)

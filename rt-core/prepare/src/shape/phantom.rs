@@ -43,7 +43,8 @@ fn through(points: &[[f64; 3]], radius: f64) -> Tube {
 }
 
 impl Part {
-    /// Distance to the part. It keeps what it needs, so that many points are cheap.
+    /// A function that gives the distance to the part. It captures the data that it needs, so that
+    /// it is cheap to call for many points.
     pub(super) fn distance(self) -> Box<dyn Fn(&Vec3) -> f64 + Sync> {
         match self {
             Self::Board => Box::new(board),

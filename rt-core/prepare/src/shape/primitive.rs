@@ -161,8 +161,8 @@ impl Tube {
         self.distance_below(p, f64::INFINITY)
     }
 
-    /// The result of [`Self::distance`] if it is below `limit_m`, else any value that is not.
-    /// Cones beyond the limit cost little.
+    /// The result of [`Self::distance`] if that is below `limit_m`, else any number from `limit_m`
+    /// upwards. Cones beyond the limit cost little.
     pub(super) fn distance_below(&self, p: &Vec3, limit_m: f64) -> f64 {
         let (middle, reach) = self.around;
         let at_least = (p - middle).norm() - reach;

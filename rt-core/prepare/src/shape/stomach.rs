@@ -51,10 +51,10 @@ pub(super) fn duodenum(bodies: &Bodies, p: &Vec3) -> f64 {
     duodenum_below(bodies, p, f64::INFINITY)
 }
 
-/// The result of [`duodenum`] if it is below `limit_m`, else any value that is not.
+/// The result of [`duodenum`] if that is below `limit_m`, else any number from `limit_m` upwards.
 pub(super) fn duodenum_below(bodies: &Bodies, p: &Vec3, limit_m: f64) -> f64 {
     let tube = bodies.duodenum.distance_below(p, limit_m);
-    // What is carved out only adds to the distance.
+    // Carving only adds to the distance.
     if tube >= limit_m {
         return tube;
     }
@@ -68,7 +68,7 @@ fn under_the_liver(bodies: &Bodies, body: f64, p: &Vec3) -> f64 {
         body
     } else {
         const BLEND_M: f64 = 0.006;
-        // From this distance of the liver on, `carve` returns `body`.
+        // At this distance from the liver or more, `carve` returns `body`.
         let reach_m = BLEND_M - body + GAP_M + ROUNDING_M;
         carve(
             body,

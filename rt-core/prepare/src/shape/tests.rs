@@ -1,4 +1,5 @@
-//! Bodies whose far parts are skipped have the bits of bodies of which every part is computed.
+//! A body whose far parts are skipped has the same distances, bit for bit, as a body of which every
+//! part is computed.
 
 use super::anatomy::Anatomy;
 use super::bodies::Bodies;
@@ -16,7 +17,8 @@ fn anatomies() -> [Bodies; 3] {
     })
 }
 
-/// Places in a box around the fat, in steps that fall together with no organ's own.
+/// Places on a grid in a box around the fat. The steps of this grid coincide with the steps of no
+/// organ's own grid.
 fn places(bodies: &Bodies) -> Vec<Vec3> {
     const STEPS: usize = 17;
     let [low, high] = fat::bounds(bodies);
@@ -28,21 +30,21 @@ fn places(bodies: &Bodies) -> Vec<Vec3> {
         .collect()
 }
 
-/// The gallbladder, of which every part is computed.
+/// Distance to the gallbladder, with every part computed.
 fn plain_gallbladder(bodies: &Bodies, p: &Vec3) -> f64 {
     let (pouch, radius) = bodies.pouch;
     let pouch = ball(p, pouch.into(), radius);
     join(bodies.gallbladder.distance(p), pouch, 0.007)
 }
 
-/// The liver, of which every part is computed except the body's.
+/// Distance to the liver, with every part computed except those of `liver::body`.
 fn plain_liver(bodies: &Bodies, p: &Vec3) -> f64 {
     let body = liver::body(p, &bodies.anatomy.liver);
     let fossa = plain_gallbladder(bodies, p) - gallbladder::FOSSA_GAP_M;
     carve(body, fossa, 0.006)
 }
 
-/// The fat's body, of which every part is computed.
+/// Distance to the fat's body, with every part computed.
 fn plain_fat_body(bodies: &Bodies, p: &Vec3) -> f64 {
     let fat = bodies.fat.distance(p);
     let Some(cloak) = &bodies.cloak else {

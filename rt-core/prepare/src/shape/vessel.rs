@@ -1,10 +1,10 @@
 //! Ducts and arteries of Calot's triangle, between the gallbladder's neck, the common bile duct
 //! and the liver. Their courses are those that surgeons are warned of.
 //!
-//! A cystic duct is 2 to 4 cm long and 1 to 5 mm wide; one duct of ten joins low (Turner and
-//! Fulcher 2001, RadioGraphics 21:3). A right hepatic artery from the superior mesenteric artery,
-//! accessory or in place of the usual one, has one person of ten (Hiatt 1994, Ann Surg 220:50).
-//! The cystic artery is about 2 mm wide.
+//! A cystic duct is 2 to 4 cm long and 1 to 5 mm wide; one duct in ten joins low (Turner and
+//! Fulcher 2001, RadioGraphics 21:3). One person in ten has a right hepatic artery from the
+//! superior mesenteric artery, accessory or in place of the usual one (Hiatt 1994, Ann Surg
+//! 220:50). The cystic artery is about 2 mm wide.
 
 use super::anatomy::Course;
 use super::bodies::Bodies;
@@ -143,7 +143,7 @@ pub(super) fn distance(bodies: &Bodies, vessel: &Tube, p: &Vec3) -> f64 {
         tube
     } else {
         const BLEND_M: f64 = 0.001;
-        // From this distance of the liver on, `carve` returns `tube`.
+        // At this distance from the liver or more, `carve` returns `tube`.
         let reach_m = BLEND_M - tube + GAP_M + ROUNDING_M;
         carve(
             tube,

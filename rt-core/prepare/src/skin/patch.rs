@@ -3,7 +3,7 @@
 //! The spheres have the compliance `c_patch` under a force on the vertex, and `c_wide` under the
 //! same force spread over a Gaussian of width `A` on the skin. The spheres are fine enough for the
 //! Gaussian, whose local compliance on a half-space is `0.399 / (E* A)`. So the local compliance of
-//! the spheres at the vertex is `c = c_patch − c_wide + 0.399 / (E* A)`, and they act as if they
+//! the spheres at the vertex is `c = c_patch − c_wide + 0.399 / (E* A)`. The spheres act as if they
 //! spread the force over a patch of width `0.399 / (E* c)`. Distant influences (the organ's shape,
 //! its attachments) are in both compliances and cancel, so a neighbourhood of a few spacings is
 //! enough.

@@ -142,7 +142,7 @@ fn extensions_about_pictures_are_no_obstacle_and_others_are_named() {
             &["uses the glTF extension", name, option],
         );
     }
-    // The file does not require the extension, but has no data without it.
+    // The file does not list the extension as required, but has no data without it.
     let used = requiring("EXT_meshopt_compression")
         .replace(r#""extensionsRequired":["EXT_meshopt_compression"],"#, "")
         .replace(&format!(r#","uri":"{}""#, embedded()), "");

@@ -101,7 +101,7 @@ fn fast_press_leaves_no_force_behind() {
     assert!(work.leg("long away").largest_n < 1.0e-6, "{work:?}");
 }
 
-/// Untouched organs come to rest, and cost nothing from then on.
+/// Untouched organs come to rest, and then cost nothing.
 #[test]
 fn scenes_that_are_left_alone_sleep() {
     let hand = Hand::new().rest(s(4.0)).named("away");

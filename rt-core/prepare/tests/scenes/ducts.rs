@@ -73,8 +73,8 @@ impl Straight {
             .fold(0.0, f32::max)
     }
 
-    /// Force on a grip at its end, N, and the largest speed of a sphere, m/s, at a strain at which
-    /// it rests.
+    /// Stretches the tube by [`STRAIN`] with a grip at its end, and lets it rest. Returns the force
+    /// on the grip, N, and the largest speed of a sphere, m/s.
     fn stretched(&self) -> [f32; 2] {
         let organs = [self.organ];
         let scene = Scene::new(&organs, &self.spheres, &self.links, self.room);
@@ -109,8 +109,9 @@ impl Straight {
     }
 }
 
-/// A tube a hundred times as soft has its links' static force in one pass over them. `E A ε` is the
-/// force of a rod with the tube's volume and length.
+/// The force is compared with two others. In a tube a hundred times as soft, one pass over the
+/// links suffices for their static force. A rod with the tube's volume and length has the force
+/// `E A ε`.
 #[test]
 fn ducts_of_the_triangle_are_as_stiff_as_their_material() {
     const SOFTER: f32 = 100.0;

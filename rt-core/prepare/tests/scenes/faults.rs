@@ -249,8 +249,8 @@ fn an_organ_that_breathes_keeps_its_weight() {
     assert!((built.scene.organs[0].gravity_share - 1.0).abs() < 1.0e-6);
 }
 
-/// Soft and stiff tissue comes to rest under its weight. Tissue that does not gets less weight, and
-/// then comes to rest.
+/// Soft and stiff tissue comes to rest under its weight. Tissue that would not rest gets less
+/// weight, and then rests.
 #[test]
 fn an_organ_that_cannot_bear_its_weight_gets_less_of_it() {
     let built = |young_pa: u32| {

@@ -33,8 +33,8 @@ fn ball(center_m: Vec3, radius_m: f32) -> Capsule {
     }
 }
 
-/// Force along the normal, at each tick, on a ball that is pressed to `depth_m` at the target
-/// within `ticks`, then held there for as many ticks, N.
+/// Presses a ball to `depth_m` at the target within `ticks`, and holds it there for as many ticks.
+/// Returns the force along the normal at each tick, N.
 fn press(built: &Prepared, radius_m: f32, depth_m: f32, ticks: u16) -> Vec<f32> {
     let room = built.scene.room.expect("a room");
     let (site, normal) = (Vec3::from(room.target_m), Vec3::from(room.target_normal));
@@ -204,8 +204,8 @@ fn friction_holds_back_both_ways_and_has_no_step() {
         let step_n = libm::hypotf(pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]);
         assert!(step_n < 0.005, "tick {tick}: {step_n} N");
     }
-    // Each pair is at one place on the way there and on the way back. The force of the skin's slope
-    // is equal, and that of friction is opposite.
+    // Each pair is at one place on the way there and on the way back. In both, the force of the
+    // skin's slope is equal, and the force of friction is opposite.
     let mut shares = Vec::new();
     for off in (100..600).step_by(50) {
         let (there, back) = (felt[1400 - off], felt[1400 + off]);

@@ -6,9 +6,9 @@ use super::Row;
 use crate::csv::Csv;
 use crate::methods::Way;
 
-/// `rows`, in place of the rows of the same scenes in this `accuracy.csv`. The methods of this
-/// program and the competitors, which run in sessions of their own, are replaced separately. What
-/// was not measured again keeps its rows.
+/// Merges `rows` into this `accuracy.csv`: they replace its rows of the same scenes. The methods of
+/// this program and the competitors run in sessions of their own, so each of the two groups
+/// replaces only itself. Rows that were not measured again stay.
 ///
 /// # Errors
 /// The reason in words.
@@ -72,7 +72,7 @@ scene,method,spheres,us_per_tick,rms_mm,max_mm,force_error_pct,volume_error_pct,
     }
 
     /// A new version of a competitor replaces the old one. The rows of this program's methods and
-    /// of the other scene are those of the file, to the letter.
+    /// of the other scene stay as they are in the file, to the letter.
     #[test]
     fn competitors_are_replaced_and_other_rows_kept() {
         let folder = tempfile::tempdir().expect("a folder");

@@ -5,9 +5,9 @@
 //!                                                     persons' medians → experts beside novices
 //! ```
 //!
-//! [`assess::Assessment`] takes the course of a trial like that of a session. The first instrument
-//! is the tip, the second the lens; then again with exchanged hands. So no metric of a session is
-//! implemented twice.
+//! [`assess::Assessment`] assesses a trial as it assesses a session, so no metric is implemented
+//! twice. It does so two times: once with the first instrument as the tip and the second as the
+//! lens, once with the hands exchanged.
 
 mod course;
 mod page;

@@ -185,8 +185,8 @@ fn jerk_m_s3(off_m: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// 2 s of a force of 1 N with a ripple of `ripple_n` at `hz`, on a handle that is pushed in at
-    /// 0.1 m/s after half a second and held.
+    /// Course of 2 s. The force is 1 N with a ripple of `ripple_n` at `hz`. After half a second,
+    /// the handle is pushed in at 0.1 m/s and then held.
     fn course(ripple_n: f64, hz: f64) -> Course {
         let mut made = Course::default();
         for tick in 0..2000 {

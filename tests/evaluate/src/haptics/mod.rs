@@ -76,7 +76,7 @@ pub(crate) struct Row {
     pub(crate) of: f64,
     /// Stiffness of the stiffest stable wall, or the gain of a response, N/m.
     stiffness_n_m: f64,
-    /// Force divided by depth at the end of a press, N/m. For a wall test it is that of the
+    /// Force divided by depth at the end of a press, N/m. For a wall test, the press is on the
     /// stiffest stable wall.
     rendered_n_m: f64,
     outcome: TrialOutcome,

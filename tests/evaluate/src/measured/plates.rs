@@ -1,8 +1,9 @@
 //! Two rigid plates that press a specimen of Calot's tissue.
 //!
-//! After each substep, the spheres on the plates are moved to their plate. Before each substep's
-//! constraints, a share of the last force acts on them. A contact of the tick does both with the
-//! spheres under a tool. The force on a plate is the sum of the forces that move the spheres.
+//! Before the constraints of each substep, a share of the last force acts on the spheres on the
+//! plates. After the substep, these spheres are moved to their plate. In the product's tick, a
+//! contact acts likewise on the spheres under a tool. The force on a plate is the sum of the forces
+//! that move the spheres.
 
 use std::cell::RefCell;
 
@@ -12,7 +13,7 @@ use rt_core::time::TICK_S;
 use crate::body::{Body, Tissue, V3};
 use crate::methods::{Parts, Surroundings};
 
-/// Share of the last force that a contact applies before the constraints of a substep.
+/// Share of the last force that a plate applies before the constraints of a substep.
 const LEAN: f32 = 0.75;
 /// Ticks per millimetre of the plates' motion.
 const TICKS_PER_MM: f64 = 100.0;

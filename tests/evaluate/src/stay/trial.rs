@@ -107,7 +107,7 @@ pub(super) struct Found {
     pub(super) moved_m: Worst,
     /// True if tissue was cut, torn or removed.
     pub(super) is_torn: bool,
-    /// True if the product itself told that an organ left its place.
+    /// True if the product itself reported that an organ left its place.
     pub(super) is_told: bool,
     /// True if the jaws held tissue.
     pub(super) is_held: bool,

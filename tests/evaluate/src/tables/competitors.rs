@@ -95,8 +95,8 @@ fn cells(scene: &str, method: &str, point: &Point<'_>) -> Vec<String> {
 mod tests {
     use super::*;
 
-    /// A competitor that is faster at the same error has a ratio below 1; one that is more accurate
-    /// than every point of Calot is told as such; one that blew up, too.
+    /// A competitor that is faster at the same error has a ratio below 1. The table names a
+    /// competitor that is more accurate than every point of Calot, and one that blew up.
     #[test]
     fn a_competitor_that_is_better_is_told() {
         let folder = tempfile::tempdir().expect("a folder");

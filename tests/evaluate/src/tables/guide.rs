@@ -1,5 +1,5 @@
-//! Makes the table of the guide for latency testers, and the table of samples that wait for the
-//! tick.
+//! Makes two tables: the one in the guide for latency testers, and the one of walls by the time
+//! that a sample waits for the tick.
 
 use super::Table;
 use crate::csv::{Csv, Row};

@@ -68,7 +68,8 @@ struct Request {
 }
 
 impl Lrs {
-    /// Starts a record store whose lines `wrap` makes of plain ones.
+    /// Starts a record store. `wrap` turns each plain connection into one that the store reads, or
+    /// refuses it.
     ///
     /// # Panics
     ///

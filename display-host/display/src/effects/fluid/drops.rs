@@ -9,8 +9,8 @@ use super::surface::{Place, Surface};
 use super::volume::Volumes;
 use super::{FALLING, Fluids, PARCEL_M3};
 
-/// Volume up to which parcels join a drop that lets go, m³. A whole drop of blood has 30e-9 to
-/// 50e-9 m³.
+/// Volume at which a drop takes no more parcels while it lets go, m³. A whole drop of blood has
+/// 30e-9 to 50e-9 m³.
 const DROP_M3: f64 = 15e-9;
 /// Largest gap to skin below that fluid bridges, m. The capillary length of blood is 2.3 mm.
 const TOUCHES_M: f32 = 0.002;
@@ -74,7 +74,7 @@ impl Fluids {
         }
         // Cosine of the skin's inclination: 1 on skin that faces up, −1 on an underside.
         let level = normal.dot(self.up);
-        // The organ above an underside is its own organ, which does not cover it.
+        // Above an underside lies the organ itself, which does not count as a cover.
         if let Some((place, far_m)) = columns.nearest(at, false, surface, skin)
             && far_m < COVERED_M
             && (0.0..0.9).contains(&level)
@@ -93,7 +93,7 @@ impl Fluids {
             it.place = place;
             return true;
         }
-        // Fluid hangs at a lowest place of an overhang, where it is slow.
+        // Fluid hangs at the lowest places of an overhang, where it is slow.
         let hangs = level < -0.25 && it.speed_m_s < 0.006 || level < -0.8;
         let drop_m = 0.000_5;
         if hangs && thick_m > drop_m && it.total_m3() > 0.1 * PARCEL_M3 {

@@ -1,8 +1,8 @@
 //! Thickness of the films of blood and bile, on a grid in the tissue at rest.
 //!
-//! The grid is the sum of all parcels, each spread by a kernel. Both the flow and the picture use
-//! it: what is drawn is what flows. The grid covers a window around the first leak. It lies in the
-//! tissue at rest, so the film moves with the tissue that it wets.
+//! The grid is the sum of all parcels, each spread by a kernel. The flow and the picture both use
+//! this grid, so the picture shows the fluid that flows. The grid covers a window around the first
+//! leak. It lies in the tissue at rest, so the film moves with the tissue that it wets.
 
 use glam::Vec3;
 

@@ -83,18 +83,18 @@ const LOOKS: u32 = 5;
 /// Volumes of blood, bile and water by their place, ml.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Balance {
-    /// Came out of leaks that the controller reports, or, as water, out of the irrigator.
+    /// Volume from leaks that the controller reports; for water, from the irrigator.
     pub leaked_ml: Volumes,
-    /// Came out of divided tubes that emptied themselves.
+    /// Volume from divided tubes that emptied themselves.
     pub emptied_ml: Volumes,
-    /// Lies on tissue.
+    /// Volume that lies on tissue.
     pub lies_ml: Volumes,
-    /// Falls.
+    /// Volume that falls.
     pub falls_ml: Volumes,
-    /// Gone: it fell out of reach, or found no skin to lie on or no room among the drops in the
-    /// air.
+    /// Volume that is gone: it fell out of reach, or found no skin to lie on or no room among the
+    /// drops in the air.
     pub gone_ml: Volumes,
-    /// In the suction's jar.
+    /// Volume in the suction's jar.
     pub jar_ml: Volumes,
 }
 

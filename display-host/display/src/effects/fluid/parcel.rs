@@ -27,8 +27,8 @@ const HELD_PA: f32 = 2.2;
 const THICK_M: f32 = 0.000_4;
 /// Fastest flow along skin, m/s.
 const FASTEST_M_S: f32 = 0.045;
-/// Least share of the weight that evens out a film. It holds on a steep slope and under a ceiling,
-/// where surface tension evens out the film. Assumed.
+/// Least share of the weight by which a film evens out. It stands for surface tension, which evens
+/// out a film on a steep slope and under a ceiling. Assumed.
 const EVENS: f32 = 0.12;
 /// Fastest spread of a pool, m/s. A faster spread would overshoot, because the steps are explicit.
 const SPREADS_M_S: f32 = 0.012;

@@ -1,8 +1,8 @@
 //! The window of the field follows the fluid.
 //!
-//! The window is 12 cm wide. While all fluid lies in it, it stays. When fluid lies outside, it
-//! moves to the middle of the box around all fluid, or, if the box is wider than the window, to the
-//! middle of the volume.
+//! The window is 12 cm wide. While all fluid lies in it, it stays. When fluid lies outside, the
+//! window moves to the middle of the box around all fluid. If the box is wider than the window, the
+//! window moves to the middle of the volume.
 
 use glam::Vec3;
 

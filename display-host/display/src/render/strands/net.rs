@@ -174,7 +174,7 @@ impl<G: Fn(u16) -> bool> Ground<'_, G> {
         [inner.next().unwrap_or(0), inner.next().unwrap_or(0)]
     }
 
-    /// True if the next cell of the column remains and its same side borders on a removed cell.
+    /// True if the next cell of the column remains and borders on a removed cell on the same side.
     fn goes_on(&self, cell: usize, side: usize, way: usize) -> bool {
         let beyond = self.cells[cell].neighbours[way];
         let beside = self.cells.get(usize::from(beyond));

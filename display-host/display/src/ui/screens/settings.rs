@@ -113,8 +113,8 @@ pub(in crate::ui) fn look(ui: &mut Ui, words: &Words, look: &mut Look) {
     part(ui, &words.say("settings-sensitivity"));
     ui.horizontal_wrapped(|ui| {
         for percent in SENSITIVITIES {
-            // Other choices have per cents, too. This one has a factor, so that a screen reader
-            // tells them apart.
+            // The other choices are in per cent, too. This one is shown as a factor, so that a
+            // screen reader tells them apart.
             let digits = match percent {
                 _ if percent.is_multiple_of(100) => 0,
                 _ if percent.is_multiple_of(10) => 1,

@@ -34,13 +34,13 @@ impl Objects {
         else {
             return Err(refused(&"the window is not on Wayland"));
         };
-        // SAFETY: the pointer is that of an open connection. `display` keeps it open, and is
-        // dropped after the last use of this backend, which is in `connection` and what is made
-        // from it.
+        // SAFETY: the pointer is that of an open connection. `display` keeps it open. Only
+        // `connection` and objects made from it use this backend, and `display` is dropped after
+        // them.
         let backend = unsafe { Backend::from_foreign_display(shown.display.as_ptr().cast()) };
         let connection = Connection::from_backend(backend);
-        // SAFETY: the window owns the surface and is borrowed here. Later, the id tells if the
-        // surface is gone, because winit's wayland-client is this one.
+        // SAFETY: the window owns the surface and is borrowed here. Later, the id shows whether the
+        // surface is gone, because winit uses the same wayland-client.
         let id =
             unsafe { ObjectId::from_ptr(WlSurface::interface(), drawn.surface.as_ptr().cast()) };
         let id = id.map_err(|error| refused(&error))?;

@@ -151,7 +151,7 @@ fn named(number: u32) -> Option<ClockId> {
 
 /// Converts a recent time of this clock to `CLOCK_MONOTONIC`, ns.
 fn monotonic_ns(clock: ClockId, at_ns: u64) -> u64 {
-    // A coarse clock has the time of its clock at the last timer interrupt.
+    // A coarse clock has the time that the fine clock had at the last timer interrupt.
     if matches!(clock, ClockId::Monotonic | ClockId::MonotonicCoarse) {
         return at_ns;
     }
@@ -298,7 +298,7 @@ mod tests {
             let before_ns = now_ns();
             let at_ns = monotonic_ns(clock, read_ns(clock));
             let after_ns = now_ns();
-            // A pause between two readings shifts the outcome by up to its half.
+            // A pause between two readings shifts the outcome by up to half of the pause.
             let pause_ns = after_ns - before_ns;
             assert!(at_ns + pause_ns >= before_ns, "{clock:?}");
             assert!(at_ns <= after_ns + pause_ns, "{clock:?}");

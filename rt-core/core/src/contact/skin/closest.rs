@@ -81,8 +81,8 @@ impl ClosestPoint {
         }
         self.patch = weights.patch(skin);
         // The separation is measured at the middle. The middle sinks under its own share of the
-        // force and by the influence of the ring, as much as under a single patch of the following
-        // width.
+        // force and by the influence of the ring. A single patch of the width computed here sinks
+        // as much.
         let ring_influence = law::mesh_influence(radius_m, self.patch_width_m);
         self.patch_width_m /= middle + (1.0 - middle) * ring_influence;
     }

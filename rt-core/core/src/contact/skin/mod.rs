@@ -304,8 +304,9 @@ fn closest_skin(
         let height_m = found.normal.dot(&(center_m - found.at_m)) - point.radius_m;
         height_m + found.sunk_m(scene, bodies)
     };
-    // The skin's nearest point to a tool point under the skin may jump. So a tool point near skin
-    // is first lifted onto the skin along the last normal; the walk leads towards the lifted point.
+    // While a tool point is under the skin, the nearest point of the skin may jump. So a tool point
+    // near skin is first lifted onto the skin along the last normal; the walk leads towards the
+    // lifted point.
     let lifted_m = if contact.is_near {
         let lift_m = contact.normal.dot(&(contact.at_m - center_m));
         let slip_m = center_m + contact.normal * lift_m - contact.at_m;

@@ -54,8 +54,8 @@ const PASSED_TRAVELS: f32 = 2.0;
 /// not push.
 const OPENING_MAX_M: f32 = 0.000_3;
 
-/// Share of the remaining change that a tick makes when the force on a bead in the jaws fades out,
-/// or the force on a released bead fades in: three quarters of the change within 0.2 s.
+/// Share of the remaining fade that one tick makes. The force on a bead in the jaws fades out, and
+/// the force on a released bead fades in. With this share, three quarters of a fade take 0.2 s.
 const HOLD_FADE_SHARE: f32 = 0.007;
 
 /// Contact of a part of a tool with a bead near it, at the end of a tick.

@@ -15,9 +15,9 @@ const FAT_W_M_K: f32 = 0.2;
 /// Thermal conductivity of wet soft tissue, W/(m K).
 const WET_W_M_K: f32 = 0.5;
 
-/// Largest energy that flows between two spheres in a step per kelvin of their difference, as a
-/// share of the smaller heat capacity per link of both. Below 1, no sphere becomes warmer than its
-/// warmest neighbour.
+/// Largest energy that flows between two spheres in a step, for each kelvin of their difference. It
+/// is a share of a heat capacity: each sphere's capacity is divided by the number of its links, and
+/// the smaller quotient counts. Below 1, no sphere becomes warmer than its warmest neighbour.
 const FLOW_MAX: f32 = 0.5;
 
 impl Heat {

@@ -32,8 +32,8 @@ const REACH_M: f32 = 0.012;
 const NEAR_MAX: usize = 1024;
 /// Length of a round, ticks. Each round computes the heat of tubes once.
 const ROUND: u32 = 5;
-/// Sum over all paths below which no current flows, m: section over length, weighted by the squared
-/// difference of potential.
+/// Least sum over all paths with which current flows, m. The sum is section over length, weighted
+/// by the squared difference of potential.
 const PATH_SUM_MIN_M: f32 = 1.0e-12;
 
 /// Current of a tick, and what it touches.

@@ -77,7 +77,7 @@ fn heat_spreads_in_a_bar_and_in_a_sheet_as_in_tissue() {
     for (along, across) in [(61, 1), (41, 41)] {
         on_sheet(along, across, |scene, state| {
             let middle = (across / 2) * along + along / 2;
-            // So little that nothing is destroyed, and that no blood flow changes.
+            // The heat is so little that it destroys nothing and changes no blood flow.
             state.heat.warm(middle, 0.2);
             wait(60.0, scene, state);
             let conductivity_w_m_k = conduction::conductivity_w_m_k(middle, scene, &state.bodies);

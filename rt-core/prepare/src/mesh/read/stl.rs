@@ -1,8 +1,8 @@
 //! STL, text and binary.
 //!
-//! A file of just the length that a binary file of its count has is binary, even if it begins with
-//! the word "solid", as many do. Normals are ignored: the order of the corners gives them, and some
-//! programs write zeros or NaN.
+//! A binary file states the number of its triangles. A file whose length fits this number is
+//! binary, even if it begins with the word "solid", as many binary files do. Normals are ignored:
+//! the order of the corners gives them, and some programs write zeros or NaN.
 
 use super::ears::push_polygon;
 use super::text::{at_line, lines, point, without_mark, words};

@@ -42,7 +42,7 @@ pub(super) fn name(line: &[u8]) -> String {
         .into()
 }
 
-/// The finite number that a word says, or the word's fault.
+/// The finite number that a word states, or a description of the word's fault.
 pub(super) fn number(word: &[u8]) -> Result<f64, String> {
     let text = std::str::from_utf8(word).ok();
     let value = text.and_then(|text| text.parse::<f64>().ok());

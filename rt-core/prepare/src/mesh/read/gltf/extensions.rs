@@ -63,8 +63,8 @@ pub(super) fn check(root: &gltf::json::Root) -> Result<(), MeshProblem> {
     }
 }
 
-/// The error of data that cannot be read: that of a used extension which changes the surface, else
-/// `otherwise`.
+/// The error for data that cannot be read. If the file uses an extension that changes the surface,
+/// that extension is refused; else the error is `otherwise`.
 pub(super) fn blame<'a>(
     used: impl Iterator<Item = &'a str>,
     otherwise: MeshProblem,
