@@ -312,6 +312,7 @@ impl Work<'_> {
             let cell = work.field.cells.get(index);
             cell.map_or_else(Vec3::zeros, |it| it.at(&work.sight, &work.seen.state))
         };
+        self.keep_in_picture(&place)?;
         let is_far = (place(self) - self.works()).norm() > NEAR_M;
         if is_far {
             self.withdraw(0.012)?;

@@ -3,6 +3,8 @@
 
 #[path = "operation/clumsy.rs"]
 mod clumsy;
+#[path = "operation/followed.rs"]
+mod followed;
 #[path = "operation/injuries.rs"]
 mod injuries;
 #[path = "operation/patients.rs"]

@@ -213,7 +213,8 @@ fn careful_surgeon_works_identify_in_all_six_patients() {
         if name == "ada" {
             assert_eq!(it.outcome, Outcome::Passed, "{:?}", it.reasons);
             assert!(it.injuries.is_empty(), "{:?}", it.injuries);
-            assert!(it.score > 90.0, "{}", it.score);
+            assert!(of(Metric::CauteryBlind) < 0.5, "the endoscope follows");
+            assert!(it.score > 80.0, "{}", it.score);
         }
     }
 }

@@ -9,8 +9,8 @@
 //! 3. Layers lie evenly between the two outlines. The borders of the layers have a point on every
 //!    ray.
 //! 4. Eight points make a hexahedron: two neighbouring borders, on two neighbouring rays, in two
-//! neighbouring sections. Cells with little tissue are left out until the other cells have the
-//! organ's volume. Then small groups of cells are left out.
+//!    neighbouring sections. Cells with little tissue are left out until the other cells have the
+//!    organ's volume. Then small groups of cells are left out.
 //! 5. Corners of faces without a neighbour are moved towards the organ's surface ([`fit`]).
 //!
 //! Each cell follows the organ's spheres near the cell's middle.
