@@ -24,6 +24,9 @@ pub enum AlarmKind {
     /// Cystic duct or artery was clipped before the critical view of safety was achieved. Only the
     /// whole operation raises this alarm.
     TooEarly,
+    /// A clip closed, or scissors divided a duct or vessel, outside the endoscope's picture. It
+    /// names no organ, because nobody saw one.
+    Unseen,
     /// Cystic duct or artery was torn, or was divided and not closed by enough tight clips. Every
     /// task except free practice fails.
     Unclamped,
@@ -43,6 +46,7 @@ impl AlarmKind {
             Self::ClipLost => "clip_lost",
             Self::ClipMisplaced => "clip_misplaced",
             Self::TooEarly => "too_early",
+            Self::Unseen => "unseen",
             Self::Unclamped => "unclamped",
         }
     }
@@ -83,6 +87,7 @@ impl Alarm {
             AlarmKind::TooEarly => {
                 format!("clipped {organ} before the critical view was achieved")
             }
+            AlarmKind::Unseen => "clipped or divided outside the picture".to_owned(),
             AlarmKind::Unclamped => {
                 format!("divided or tore {organ}: clips do not close it safely")
             }

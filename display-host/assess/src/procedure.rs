@@ -63,6 +63,8 @@ pub(crate) struct Procedure {
     press_wrong_max_n: f64,
     /// Clips on the two vessels before the critical view was achieved.
     clips_early: u32,
+    /// Clips and divisions outside the picture that have raised an alarm.
+    acts_unseen: u32,
     burns_wrong: u32,
     burn_wrong_j: f64,
     /// Index of each protected organ that took heat, and its heat since its last counted burn, J.
@@ -97,6 +99,7 @@ impl Procedure {
             touches_wrong: 0,
             press_wrong_max_n: 0.0,
             clips_early: 0,
+            acts_unseen: 0,
             burns_wrong: 0,
             burn_wrong_j: 0.0,
             warmed_j: Vec::new(),
@@ -219,10 +222,17 @@ impl Procedure {
                 at_s,
                 session_s: 0.0,
                 kind: what,
-                organ: anatomy.organ(event.organ).map(|organ| organ.name.clone()),
+                organ: (anatomy.organ(event.organ))
+                    .filter(|_| what != AlarmKind::Unseen)
+                    .map(|organ| organ.name.clone()),
                 at_m: event.at_m,
             });
         };
+        // A clip on two tubes has two events, and the tally counts it once.
+        if tally.acts_blind() > self.acts_unseen {
+            self.acts_unseen = tally.acts_blind();
+            say(AlarmKind::Unseen);
+        }
         match event.decode() {
             Ok(touch @ (Event::Contact { .. } | Event::Press { .. }))
                 if rules.must_not_touch(kind) =>

@@ -224,6 +224,12 @@ impl Metric {
         }
     }
 
+    /// True for a share of a whole, which is read best in per cent.
+    #[must_use]
+    pub fn is_share(self) -> bool {
+        self.unit() == "1" && !matches!(self, Self::Smoothness | Self::ScopeSmoothness)
+    }
+
     /// The metric of this name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {

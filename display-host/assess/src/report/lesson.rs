@@ -24,10 +24,11 @@ const fn rank(kind: AlarmKind) -> u8 {
         AlarmKind::Cut => 3,
         AlarmKind::Burnt => 4,
         AlarmKind::TooEarly => 5,
-        AlarmKind::ClipMisplaced => 6,
-        AlarmKind::Crushed => 7,
-        AlarmKind::Touched => 8,
-        AlarmKind::ClipLost => 9,
+        AlarmKind::Unseen => 6,
+        AlarmKind::ClipMisplaced => 7,
+        AlarmKind::Crushed => 8,
+        AlarmKind::Touched => 9,
+        AlarmKind::ClipLost => 10,
     }
 }
 

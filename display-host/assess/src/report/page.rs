@@ -194,6 +194,7 @@ fn one(page: &mut Page<'_>, chapter: &Chapter) {
         page.add(format_args!("<p class=\"open\">{text}</p>"));
     }
     asides::slow(page, chapter);
+    asides::stalled(page, &it.metrics);
     asides::jar(page, chapter);
     verdict(page, chapter);
     lessons::write(page, chapter);
@@ -260,6 +261,7 @@ fn verdict(page: &mut Page<'_>, chapter: &Chapter) {
         page.add(format_args!("<br>{reason}"));
     }
     page.add(format_args!("</p>"));
+    asides::restarts(page, &it.metrics);
     unrest(page, &it.moments);
     if !it.steps.is_empty() {
         page.columns(&["<page-step", "page-done"]);

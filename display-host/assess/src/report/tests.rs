@@ -7,6 +7,7 @@ use crate::assessment::Moment;
 use crate::injury::{Cause, Injury, InjuryKind, Severity};
 use crate::metrics::Metric;
 use crate::rules::Lost;
+use crate::step::Reason;
 use crate::{Anatomy, Assessment, Difficulty, Task};
 use shared_mem::scene::OrganKind;
 
@@ -112,6 +113,30 @@ fn an_error_has_advice_a_close_picture_and_its_replay() {
     assert!(html(&[flawless], &Ids).contains("page-no-alarm"));
 }
 
+/// "No error was seen" under a failed task would be a lie.
+#[test]
+fn a_pass_rule_that_is_not_met_and_costs_nothing_has_advice() {
+    let mut narrow = chapter("a");
+    narrow.assessed.reasons = vec![Reason::TooLittle {
+        metric: Some(Metric::ClipRoom),
+        value: 1.0,
+        limit: 3.0,
+    }];
+    let page = html(&[narrow], &Ids);
+    assert!(page.contains("advice-metric-clip-room-mm"));
+    assert!(!page.contains("page-no-alarm"));
+}
+
+#[test]
+fn a_page_tells_how_often_the_trainee_started_over() {
+    let told = |count| {
+        let mut again = chapter("a");
+        again.assessed.metrics.set(Metric::Restarts, count);
+        html(&[again], &Ids).contains("<p class=\"open\">page-restarted count=3</p>")
+    };
+    assert!(told(3.0) && !told(0.0));
+}
+
 #[test]
 fn a_page_says_that_a_slow_computer_is_too_slow_to_train_with() {
     let shown = |rate: Option<f64>| {
@@ -123,6 +148,29 @@ fn a_page_says_that_a_slow_computer_is_too_slow_to_train_with() {
     };
     assert!(shown(Some(3.25)));
     assert!(!shown(Some(10.5)) && !shown(None));
+}
+
+/// On such a computer the careful scripted surgeon burnt the bile duct.
+#[test]
+fn a_page_says_that_the_computer_stood_still_and_that_heat_came_from_beside() {
+    let mut stalled = chapter("a");
+    stalled.assessed.metrics.set(Metric::Gaps, 127.2);
+    stalled.assessed.injuries = vec![Injury {
+        at_s: 144.5,
+        kind: InjuryKind::Burnt,
+        cause: Cause::Burnt,
+        severity: Severity::Serious,
+        organ: "bile duct".to_owned(),
+        ends_task: false,
+        heat_j: None,
+        depth_mm: None,
+        source: String::new(),
+    }];
+    let page = html(&[stalled], &Ids);
+    assert!(page.contains("page-stood-still seconds=127") && page.contains("injury-seared"));
+    let mut calm = chapter("a");
+    calm.assessed.metrics.set(Metric::Gaps, 4.0);
+    assert!(!html(&[calm], &Ids).contains("page-stood-still"));
 }
 
 #[test]
@@ -246,7 +294,7 @@ fn a_rule_about_a_metric_without_a_value_is_neither_met_nor_missed() {
     let mut unused = chapter("a");
     unused.assessed.task = Task::Identify;
     let page = html(&[unused], &Ids);
-    let row = "<td>cautery_safe<td>–<td>page-at-least limit=0.95<td>–<td";
+    let row = "<td>cautery_safe<td>–<td>page-at-least limit=95 %<td>–<td";
     assert!(page.contains(row) && !page.contains("NaN"), "{page}");
 }
 

@@ -132,6 +132,7 @@ fn every_alarm_costs_points_in_an_operation() {
         (AlarmKind::ClipLost, Metric::ClipsLost),
         (AlarmKind::ClipMisplaced, Metric::ClipsMisplaced),
         (AlarmKind::TooEarly, Metric::ClipsEarly),
+        (AlarmKind::Unseen, Metric::ActsBlind),
         (AlarmKind::Unclamped, Metric::Unclamped),
     ] {
         let mut values = Values::none();

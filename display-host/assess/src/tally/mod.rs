@@ -110,6 +110,11 @@ impl Tally {
         }
     }
 
+    /// Number of clips and divisions outside the picture.
+    pub(crate) fn acts_blind(&self) -> u32 {
+        self.acts_blind
+    }
+
     /// Counted time, s.
     pub(crate) fn time_s(&self) -> f64 {
         self.time_s

@@ -140,6 +140,13 @@ fn acts_outside_the_picture_are_told_and_cost_points() {
     clip(&mut assessment, 2.0, DUCT, 0.01, 1.0);
     clip(&mut assessment, 2.0, FAT, 0.01, 1.0);
     is(assessment.metrics().get(Metric::ActsBlind), 1.0);
+    // The trainee is told at once, and the debrief replays that moment.
+    let told: Vec<_> = assessment
+        .alarms()
+        .iter()
+        .map(|it| (it.kind, it.organ.is_some()))
+        .collect();
+    assert_eq!(told, [(AlarmKind::Unseen, false)]);
     work(&mut assessment, 2.0, applier, false);
     clip(&mut assessment, 3.0, ARTERY, -0.01, 2.0);
     clip(&mut assessment, 3.0, ARTERY, 0.01, 3.0);

@@ -94,13 +94,13 @@ fn a_bile_duct_burnt_more_than_its_wall_survives_rules_out_a_pass() {
     assert_eq!(deep.outcome, Outcome::Failed);
     assert_eq!(deep.reasons[0], injured("bile duct", InjuryKind::Burnt));
     assert!(!deep.injuries[0].ends_task);
-    // The heat of several burns adds up, wherever they are.
+    // The heat of several burns adds up, wherever they are: five that just count.
     let mut often = begin(Task::Clamp);
     rest(&mut often, 0.0, 0.1);
-    for place in 0..4 {
+    for place in 0..5 {
         let at_m = 0.01 * place as f32;
         let kind = EventKind::Burn.number();
-        often.take(&event(0.1, kind, BILE_DUCT, at_m, 0.3));
+        often.take(&event(0.1, kind, BILE_DUCT, at_m, 0.11));
     }
     clip_both(&mut often);
     let often = often.end();

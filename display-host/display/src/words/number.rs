@@ -36,6 +36,20 @@ impl Words {
         self.localised(format!("{text}{unit}"))
     }
 
+    /// A number with its unit, with as few decimals as tell it from a limit.
+    pub(super) fn apart(&self, value: f64, limit: f64, unit: &str) -> String {
+        let scale = if unit == "1" { 100.0 } else { 1.0 };
+        let round = |value: f64, digits: i32| {
+            let tenths = 10f64.powi(digits);
+            (value * scale * tenths).round() / (scale * tenths)
+        };
+        let fewest = if value.abs() * scale < 10.0 { 1 } else { 0 };
+        let limit = self.exact(limit, unit);
+        let texts = (fewest..3).map(|digits| self.exact(round(value, digits), unit));
+        let mut told = texts.filter(|text| *text != limit);
+        told.next().unwrap_or_else(|| self.exact(value, unit))
+    }
+
     /// Text of a number in the format of this language.
     pub(crate) fn localised(&self, text: String) -> String {
         match self.language {
@@ -72,6 +86,17 @@ mod tests {
             (20.0, "deg", "20°"),
         ] {
             assert_eq!(german.exact(value, unit), text);
+        }
+        for (value, limit, unit, text) in [
+            (35.459, 70.0, "n", "35"),
+            (69.96, 70.0, "n", "69.96"),
+            (69.9996, 70.0, "n", "70"),
+            (9.0, 0.0, "n", "9"),
+            (2.471, 3.0, "mm", "2.5 mm"),
+            (0.1523, 0.95, "1", "15 %"),
+            (0.9497, 0.95, "1", "94.97 %"),
+        ] {
+            assert_eq!(english.apart(value, limit, unit), text);
         }
     }
 }

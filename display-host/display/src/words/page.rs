@@ -58,7 +58,7 @@ mod tests {
     use super::super::Language;
     use super::*;
 
-    const KINDS: [AlarmKind; 10] = [
+    const KINDS: [AlarmKind; 11] = [
         AlarmKind::Touched,
         AlarmKind::Burnt,
         AlarmKind::Cut,
@@ -68,6 +68,7 @@ mod tests {
         AlarmKind::ClipLost,
         AlarmKind::ClipMisplaced,
         AlarmKind::TooEarly,
+        AlarmKind::Unseen,
         AlarmKind::Unclamped,
     ];
 
@@ -248,7 +249,15 @@ mod tests {
     fn points_lost_without_an_alarm_have_advice() {
         for language in Language::ALL {
             let words = Words::new(language);
-            for metric in ["cautery-air-s", "blood-ml", "bile-ml", "out-of-view-s"] {
+            for metric in [
+                "cautery-air-s",
+                "blood-ml",
+                "bile-ml",
+                "out-of-view-s",
+                "cautery-safe",
+                "clip-room-mm",
+                "views-held",
+            ] {
                 assert!(words.has(&format!("advice-metric-{metric}")), "{metric}");
             }
             assert!(!words.has("advice-metric-touches-wrong"), "an alarm has it");

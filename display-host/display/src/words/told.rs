@@ -164,9 +164,10 @@ impl Words {
         }
     }
 
-    fn beyond(&self, id: &str, metric: Option<Metric>, numbers: [f64; 2]) -> String {
+    fn beyond(&self, id: &str, metric: Option<Metric>, [value, limit]: [f64; 2]) -> String {
         let (name, unit) = metric.map_or(("score", "n"), |it| (it.name(), it.unit()));
-        let [value, limit] = numbers.map(|it| self.exact(it, unit).into());
+        let value = self.apart(value, limit, unit).into();
+        let limit = self.exact(limit, unit).into();
         let metric = self.metric(name).into();
         self.say_with(
             id,

@@ -11,6 +11,9 @@ use crate::report::{Chapter, PICTURES_MIN};
 /// path a minute. The test `a_resting_hand_with_a_noisy_device_rests_at_every_rate` checks the
 /// promise at 100 Hz.
 const NOISE_MAX_MM: f64 = 0.7;
+/// Time in gaps of the recording above which the result is not the hand's alone, s: the built-in
+/// rules allow an exam as much.
+const STALLED_S: f64 = 5.0;
 /// Volume in the suction's jar from which the page tells it, ml.
 const JAR_ML_MIN: f64 = 0.05;
 
@@ -58,6 +61,16 @@ pub(super) fn slow(page: &mut Page<'_>, chapter: &Chapter) {
     }
 }
 
+/// Warns if the recording has long gaps: the computer stood still while the hook may have burnt.
+pub(super) fn stalled(page: &mut Page<'_>, values: &Values) {
+    let gaps_s = values.get(Metric::Gaps);
+    if gaps_s > STALLED_S {
+        let seconds = page.words.number(gaps_s, 0);
+        let text = page.say_with("page-stood-still", &[("seconds", &seconds)]);
+        page.add(format_args!("<p class=\"open\">{text}</p>"));
+    }
+}
+
 /// Tells the volumes in the suction's jar, if it was used.
 pub(super) fn jar(page: &mut Page<'_>, chapter: &Chapter) {
     let Some(fluids) = chapter.ticks.as_ref().and_then(|it| it.fluids) else {
@@ -78,6 +91,16 @@ pub(super) fn jar(page: &mut Page<'_>, chapter: &Chapter) {
     ];
     let text = page.say_with("page-jar", &values);
     page.add(format_args!("<p class=\"lead\">{text}</p>"));
+}
+
+/// Tells how often the trainee started over. A pass of a fourth attempt is not one of the first.
+pub(super) fn restarts(page: &mut Page<'_>, values: &Values) {
+    let count = values.get(Metric::Restarts);
+    if Metric::Restarts.is_worth_mention(count) {
+        let count = format!("{count:.0}");
+        let text = page.say_with("page-restarted", &[("count", &count)]);
+        page.add(format_args!("<p class=\"open\">{text}</p>"));
+    }
 }
 
 /// Writes the times that do not count as the trainee's, and the noise of the handle.

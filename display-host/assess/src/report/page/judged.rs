@@ -27,6 +27,8 @@ pub(super) fn injuries(page: &mut Page<'_>, injuries: &[Injury]) {
     ]);
     for injury in injuries {
         let kind = page.say(match injury.kind {
+            // Only heat from beside burns without heat of its own.
+            InjuryKind::Burnt if injury.heat_j.is_none() => "injury-seared",
             InjuryKind::Divided => "injury-divided",
             InjuryKind::Perforated => "injury-perforated",
             InjuryKind::Burnt => "injury-burnt",
@@ -78,12 +80,18 @@ pub(super) fn pass_rules(page: &mut Page<'_>, chapter: &Chapter) {
     ]);
     for rule in pass.into_iter().chain(chapter.rules.time_rule(it.task)) {
         let (name, least, most) = (rule.name, rule.at_least, rule.at_most);
+        let metric = Metric::from_name(name);
         // A rule that names no metric is about the score.
-        let value = match Metric::from_name(name) {
+        let value = match metric {
             Some(metric) => it.metrics.get(metric),
             None => it.score,
         };
-        let [low, high] = [least, most].map(|it| page.words.number(it, decimals(it)));
+        let is_share = metric.is_some_and(Metric::is_share);
+        let limit = |it: f64| match is_share {
+            true => format!("{} %", page.words.number(100.0 * it, decimals(100.0 * it))),
+            false => page.words.number(it, decimals(it)),
+        };
+        let [low, high] = [least, most].map(limit);
         let asked = match (least.is_finite(), most.is_finite()) {
             (true, true) => format!("{low} – {high}"),
             (true, false) => page.say_with("page-at-least", &[("limit", &low)]),
@@ -95,7 +103,10 @@ pub(super) fn pass_rules(page: &mut Page<'_>, chapter: &Chapter) {
             true => page.answer(!(value < least || value > most)),
             false => "–".to_owned(),
         };
-        let shown = match Metric::from_name(name) {
+        let shown = match metric {
+            Some(_) if is_share && value.is_finite() => {
+                format!("{} %", page.words.number(100.0 * value, 1))
+            }
             Some(metric) => page.shown(&it.metrics, metric),
             None => page.words.number(value, 1),
         };

@@ -5,6 +5,7 @@ use base64::Engine as _;
 use figures::html::escape;
 
 use super::Page;
+use crate::metrics::Metric;
 use crate::report::close::{close_picture, png};
 use crate::report::lesson::Lesson;
 use crate::report::{CLOSE_MAX, Chapter};
@@ -20,7 +21,8 @@ pub(super) fn write(page: &mut Page<'_>, chapter: &Chapter) {
     let lessons = Lesson::of(&it.alarms);
     page.heading("page-lessons");
     let open = it.reasons.iter().find_map(Reason::open_step);
-    if lessons.is_empty() && open.is_none() {
+    let is_flawless = lessons.is_empty() && it.reasons.is_empty() && it.lost.is_empty();
+    if is_flawless {
         let text = page.say("page-no-alarm");
         page.add(format_args!("<p>{text}</p>"));
     }
@@ -38,6 +40,7 @@ pub(super) fn write(page: &mut Page<'_>, chapter: &Chapter) {
         ));
     }
     lost(page, chapter);
+    unmet(page, chapter);
 }
 
 fn one(page: &mut Page<'_>, chapter: &Chapter, lesson: &Lesson, has_picture: bool) {
@@ -109,6 +112,32 @@ fn lost(page: &mut Page<'_>, chapter: &Chapter) {
         page.add(format_args!(
             "<section class=\"lesson\"><div><h4>{name} <small>{points}</small></h4><p><b>{next}</b> {advice}</p>\
              </div></section>"
+        ));
+    }
+}
+
+/// Writes advice about pass rules that are not met and cost no points.
+fn unmet(page: &mut Page<'_>, chapter: &Chapter) {
+    let it = &chapter.assessed;
+    for reason in &it.reasons {
+        let metric = match reason {
+            Reason::TooLittle { metric, .. } | Reason::TooMuch { metric, .. } => *metric,
+            _ => None,
+        };
+        let Some(name) = metric.map(Metric::name) else {
+            continue;
+        };
+        let advice = format!("advice-metric-{}", name.replace('_', "-"));
+        if it.lost.iter().any(|lost| lost.metric == name) || !page.words.has(&advice) {
+            continue;
+        }
+        let [what, next, advice] = [
+            escape(&page.words.reason(reason)),
+            page.say("page-next-time"),
+            page.say(&advice),
+        ];
+        page.add(format_args!(
+            "<section class=\"lesson\"><div><h4>{what}</h4><p><b>{next}</b> {advice}</p></div></section>"
         ));
     }
 }
