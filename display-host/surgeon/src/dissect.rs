@@ -396,7 +396,9 @@ impl Work<'_> {
             work.go_gently(way, bend, seconds);
             work.seen.at_s - better_s > STUCK_S || work.seen.at_s - began_s > LONG_S
         });
-        if !gone {
+        if gone {
+            self.burn_on()?;
+        } else {
             self.asked.switches = 0;
         }
         self.goes_on()?;

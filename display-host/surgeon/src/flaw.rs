@@ -1,4 +1,5 @@
-//! Flaws of clumsy hands: tremor, an endoscope that wanders off, rests in the middle of a movement.
+//! Flaws of clumsy hands: tremor, an endoscope that wanders off, rests in the middle of a movement,
+//! current that stays on where the tissue has gone.
 
 use core::f64::consts::TAU;
 
@@ -22,6 +23,10 @@ const WANDER_SHOWING: [f64; 2] = [0.12, 3.0];
 /// reaches 37 mm/s for 0.3 s at a time, which pauses a hold and does not end it.
 const LEARNER_SHOWING: [f64; 2] = [0.012, 1.0];
 const NOVICE_SHOWING: [f64; 2] = [0.035, 1.5];
+/// Time for which a learner and a hurried surgeon hold the current where the tissue has gone, s.
+/// `hands_that_burn_on_heat_the_liver_more` says how much more heat the liver takes.
+const LEARNER_BURNS_ON_S: f64 = 0.2;
+const HURRIED_BURNS_ON_S: f64 = 0.4;
 /// Period of the rests, s.
 const REST_EVERY_S: f64 = 8.0;
 /// Length of a rest, s. Idle time counts from 1 s.
@@ -31,6 +36,20 @@ impl Work<'_> {
     /// True while a pausing hand rests.
     pub(crate) fn rests(&self) -> bool {
         self.surgeon == Surgeon::Pausing && self.seen.at_s % REST_EVERY_S > REST_EVERY_S - REST_S
+    }
+
+    /// Burns on at a place where the tissue has gone, as a hand does that does not watch what the
+    /// current does.
+    pub(crate) fn burn_on(&mut self) -> Result<(), String> {
+        let seconds = match self.surgeon {
+            Surgeon::Learner => LEARNER_BURNS_ON_S,
+            Surgeon::Hurried => HURRIED_BURNS_ON_S,
+            _ => return Ok(()),
+        };
+        if self.asked.switches != 0 {
+            self.wait(seconds)?;
+        }
+        Ok(())
     }
 
     /// Adds the present flaw of the hand to its next movement.

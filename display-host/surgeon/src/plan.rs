@@ -10,11 +10,12 @@ use shared_mem::words::{Instrument, Switches};
 pub enum Surgeon {
     /// Dissects, two clips on each vessel, and cuts between clips. Shows each organ of the drill
     Careful,
-    /// As `Careful`, a little faster; a clip for each vessel is lost, and a shown picture shakes
+    /// As `Careful`, a little faster; burns on, loses a clip for each vessel, and shakes a shown
+    /// picture
     Learner,
     /// As `Careful`, faster; two clips for each vessel close on nothing, and the endoscope wanders
     Novice,
-    /// As `Careful`, at three times the speed, without lining up
+    /// As `Careful`, at three times the speed, without lining up; burns on for longer
     Hurried,
     /// As `Careful`, with a hand that trembles
     Trembling,
@@ -277,7 +278,7 @@ const ROUNDS: usize = 4;
 pub(crate) const COAGULATE: u32 = Switches::COAGULATE.bits();
 /// Switch of the cutting pedal.
 const CUTS: u32 = Switches::CUT.bits();
-/// Heat that burns the bile duct without a hole, J: more than the rules allow (1 J), less than the
+/// Heat that burns the bile duct without a hole, J: more than the rules allow (0.5 J), less than the
 /// 14 J of a hole.
 const SCORCHED_J: f64 = 1.5;
 /// Pull that tears a duct from its tissue, m.

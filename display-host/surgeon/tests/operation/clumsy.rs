@@ -54,6 +54,20 @@ fn a_clumsier_hand_never_scores_better_and_its_metric_notices_it() {
     assert!(idle_s > of_careful(Metric::Idle) + 10.0, "{idle_s}");
 }
 
+/// The current of a learner and of a hurried hand stays on where the tissue has gone. The liver
+/// behind it takes the heat, and the rules weigh it (`burn_liver_j`).
+#[test]
+fn hands_that_burn_on_heat_the_liver_more() {
+    let [careful, learner, hurried] =
+        [Surgeon::Careful, Surgeon::Learner, Surgeon::Hurried].map(|surgeon| {
+            let result = operate(surgeon, Task::Disconnect, 15);
+            of(&result, Metric::BurnLiver) / of(&result, Metric::Bed)
+        });
+    println!("{careful:.0} J, {learner:.0} J and {hurried:.0} J for the whole bed");
+    assert!(learner > 1.2 * careful, "{learner} {careful}");
+    assert!(hurried > 1.2 * learner, "{hurried} {learner}");
+}
+
 /// The haptic device is gone for three seconds. The result states them, and they cost the trainee
 /// nothing.
 #[test]
