@@ -24,7 +24,7 @@ const WANDER_SHOWING: [f64; 2] = [0.12, 3.0];
 const LEARNER_SHOWING: [f64; 2] = [0.012, 1.0];
 const NOVICE_SHOWING: [f64; 2] = [0.035, 1.5];
 /// Time for which a learner and a hurried surgeon hold the current where the tissue has gone, s.
-/// `hands_that_burn_on_heat_the_liver_more` says how much more heat the liver takes.
+/// `hands_that_burn_on_heat_organs_instead_of_tissue` compares the heat that goes astray.
 const LEARNER_BURNS_ON_S: f64 = 0.2;
 const HURRIED_BURNS_ON_S: f64 = 0.4;
 /// Period of the rests, s.

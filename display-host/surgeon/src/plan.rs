@@ -278,8 +278,8 @@ const ROUNDS: usize = 4;
 pub(crate) const COAGULATE: u32 = Switches::COAGULATE.bits();
 /// Switch of the cutting pedal.
 const CUTS: u32 = Switches::CUT.bits();
-/// Heat that burns the bile duct without a hole, J: more than the rules allow (0.5 J), less than the
-/// 14 J of a hole.
+/// Heat that burns the bile duct without a hole, J: more than the rules allow (0.5 J), less than
+/// the 14 J of a hole.
 const SCORCHED_J: f64 = 1.5;
 /// Pull that tears a duct from its tissue, m.
 const TORN_M: f64 = 0.12;

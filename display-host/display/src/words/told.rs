@@ -355,7 +355,7 @@ mod tests {
         };
         assert_eq!(
             german.reason(&score),
-            "Punkte: 69,75, mindestens 70 erforderlich"
+            "Punkte: 69,8, mindestens 70 erforderlich"
         );
         // A user's scene may name its organs freely.
         let spleen = Step::Show {

@@ -54,18 +54,20 @@ fn a_clumsier_hand_never_scores_better_and_its_metric_notices_it() {
     assert!(idle_s > of_careful(Metric::Idle) + 10.0, "{idle_s}");
 }
 
-/// The current of a learner and of a hurried hand stays on where the tissue has gone. The liver
-/// behind it takes the heat, and the rules weigh it (`burn_liver_j`).
+/// The current of a learner and of a hurried hand stays on where the tissue has gone. Liver and
+/// gallbladder behind it take the heat, and the rules weigh the liver's (`burn_liver_j`).
 #[test]
-fn hands_that_burn_on_heat_the_liver_more() {
+fn hands_that_burn_on_heat_organs_instead_of_tissue() {
     let [careful, learner, hurried] =
         [Surgeon::Careful, Surgeon::Learner, Surgeon::Hurried].map(|surgeon| {
             let result = operate(surgeon, Task::Disconnect, 15);
-            of(&result, Metric::BurnLiver) / of(&result, Metric::Bed)
+            let heat_j = |metric| of(&result, metric);
+            let organs_j = heat_j(Metric::BurnLiver) + heat_j(Metric::BurnGallbladder);
+            organs_j / heat_j(Metric::BurnTarget)
         });
-    println!("{careful:.0} J, {learner:.0} J and {hurried:.0} J for the whole bed");
-    assert!(learner > 1.2 * careful, "{learner} {careful}");
-    assert!(hurried > 1.2 * learner, "{hurried} {learner}");
+    println!("{careful:.2}, {learner:.2} and {hurried:.2} J for each J in the tissue to remove");
+    assert!(learner > 1.15 * careful, "{learner} {careful}");
+    assert!(hurried > 1.15 * learner, "{hurried} {learner}");
 }
 
 /// The haptic device is gone for three seconds. The result states them, and they cost the trainee
