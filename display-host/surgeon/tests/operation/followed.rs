@@ -12,8 +12,8 @@ use crate::theatre::triangle_bytes;
 
 /// Looks until the operation ends.
 const LOOKS: u32 = 2500;
-/// Turn of the endoscope at the start, to the left, rad. The triangle lies at the rim of the picture
-/// then, or outside it.
+/// Turn of the endoscope at the start, to the left, rad. The triangle then lies at the rim of the
+/// picture, or outside it.
 const TURNED_RAD: f64 = 0.25;
 /// Angle from the middle of the picture beyond which the tip is outside it, rad (`assess`).
 const OUTSIDE_RAD: f64 = 0.61;
