@@ -1,5 +1,8 @@
 //! Commands of `calot`. The module of each command defines its options.
 
+use std::process::ExitCode;
+
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Parser, Subcommand};
 
 use crate::bare_loop::BareLoopArgs;
@@ -20,6 +23,7 @@ use crate::replay::args::ReplayArgs;
 use crate::report::args::ReportArgs;
 use crate::rt::RtArgs;
 use crate::run::args::RunArgs;
+use crate::say;
 use crate::schema::SchemaArgs;
 use crate::start::args::StartArgs;
 use crate::store::args::StoreArgs;
@@ -91,6 +95,31 @@ pub(crate) enum Command {
     BareLoop(BareLoopArgs),
 }
 
+impl Cli {
+    /// Reads the command line. `Err` holds the exit code of help, or of bad usage, which is said.
+    pub(crate) fn read() -> Result<Self, ExitCode> {
+        Self::try_parse().map_err(|error| {
+            // Nobody is there to read it if it cannot be written.
+            let _ = error.print();
+            if let Some(hint) = hint(&error) {
+                say::note(hint);
+            }
+            ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
+        })
+    }
+}
+
+/// Advice about a word too many: most often a name was typed without quotes.
+fn hint(error: &clap::Error) -> Option<String> {
+    let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidArg) else {
+        return None;
+    };
+    let is_word = error.kind() == ErrorKind::UnknownArgument && !word.starts_with('-');
+    is_word.then(|| {
+        format!("hint: if '{word}' belongs to a name of several words, put quotes around the whole name: '… {word} …'")
+    })
+}
+
 impl Command {
     /// Command that runs if none is given.
     pub(crate) fn alone() -> Self {
@@ -109,6 +138,18 @@ mod tests {
     #[test]
     fn the_definition_is_consistent() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn a_name_without_quotes_is_answered_with_a_hint_about_quotes() {
+        let hint_of = |words: &str| {
+            let error = Cli::try_parse_from(words.split(' ')).unwrap_err();
+            hint(&error)
+        };
+        let said = hint_of("calot run --trainee Dr. Lea Mueller").unwrap();
+        assert!(said.contains("'… Lea …'"), "{said}");
+        assert_eq!(hint_of("calot run --trainees Ada"), None);
+        assert_eq!(hint_of("calot run --help"), None);
     }
 
     #[test]

@@ -34,6 +34,7 @@ mod run;
 mod say;
 mod scene;
 mod schema;
+mod sessions;
 mod settings;
 mod start;
 mod stop;
@@ -44,8 +45,6 @@ mod tell;
 
 use std::process::ExitCode;
 
-use clap::Parser as _;
-
 /// Counts allocations of the realtime thread, so that "0 allocations" in a report is measured.
 #[global_allocator]
 static ALLOCATOR: rt_process::alloc_counter::CountingAllocator =
@@ -53,8 +52,11 @@ static ALLOCATOR: rt_process::alloc_counter::CountingAllocator =
 
 fn main() -> ExitCode {
     environment::prepare();
-    // Exits with 2 on bad usage, and with 0 on `--help`.
-    let cli = cli::Cli::parse();
+    // The code is 2 on bad usage, and 0 on `--help`.
+    let cli = match cli::Cli::read() {
+        Ok(cli) => cli,
+        Err(code) => return code,
+    };
     if let Err(problem) = stop::outlive_file_limit() {
         say::note(format_args!("calot: signals: {problem}"));
         return ExitCode::FAILURE;

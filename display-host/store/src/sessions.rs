@@ -271,6 +271,16 @@ impl Store {
         );
         self.rows(&query, params![trainee, task], session_of)
     }
+
+    /// The session with this id, whoever worked it, if it is in the store.
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    pub fn session(&self, id: &str) -> Result<Option<SessionRecord>, StoreError> {
+        let columns = COLUMNS.join(", ");
+        let query = format!("SELECT {columns} FROM session WHERE id = ?1");
+        Ok(self.rows(&query, params![id], session_of)?.pop())
+    }
 }
 
 pub(crate) fn session_of(row: &Row<'_>) -> rusqlite::Result<SessionRecord> {

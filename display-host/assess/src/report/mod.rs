@@ -16,7 +16,7 @@ pub use close::{CLOSE_SIZE, close_picture};
 pub use drawing::{LANES, learning_curve};
 pub use lesson::Lesson;
 pub use outline::Outlines;
-pub use page::html;
+pub use page::{html, in_shell};
 pub use words::Words;
 
 use crate::assessment::Assessed;
@@ -30,6 +30,8 @@ pub const CLOSE_MAX: usize = 8;
 pub struct Chapter {
     /// Name: the session's path.
     pub name: String,
+    /// Name that the trainee chose, if the session is a trainee's.
+    pub trainee: Option<String>,
     /// The scene's name.
     pub scene: String,
     /// The patient's case, if the scene is a patient.
@@ -52,6 +54,8 @@ pub struct Chapter {
     pub is_scripted: bool,
     /// Reason why the recording ends early, if it does.
     pub cut_short: Option<String>,
+    /// File beside the page that is about the station, if there is one.
+    pub technical: Option<String>,
     /// The trainee's earlier sessions of the same task, oldest first.
     pub past: Vec<Past>,
     /// The instructor's rating sheet: each item with 1 to 5 points.

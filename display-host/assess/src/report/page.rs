@@ -16,6 +16,8 @@ mod compared;
 mod judged;
 mod lessons;
 
+pub use lessons::in_shell;
+
 /// Styles of the debrief, in addition to those of all pages.
 const MORE: &str = "h3{margin-top:1.6rem;font-size:1.05rem}td,th{vertical-align:top}.l{text-align:left}\
 .open{background:#fdf4dc;border-left:4px solid #8a5a12;padding:.5rem 1rem}.score{font-size:2.2rem;\
@@ -27,6 +29,10 @@ overflow-wrap:anywhere}@media(max-width:45rem){.lesson{grid-template-columns:1fr
 struct Page<'a> {
     text: String,
     words: &'a dyn Words,
+    /// Rules of the chapter and their sources, as HTML.
+    sources: Vec<[String; 2]>,
+    /// Times of the chapter and the commands that replay them, as HTML.
+    replays: Vec<[String; 2]>,
 }
 
 impl Page<'_> {
@@ -82,6 +88,8 @@ impl Page<'_> {
         match (value.is_finite(), metric.unit()) {
             (false, _) => "–".to_owned(),
             (true, "n") => format!("{value:.0}"),
+            // A path of 3 mm is not none.
+            (true, "m") if value < 0.1 => self.words.number(value, 3),
             (true, _) => self.words.number(value, 2),
         }
     }
@@ -106,6 +114,8 @@ pub fn html(chapters: &[Chapter], words: &dyn Words) -> String {
     let mut page = Page {
         text: String::new(),
         words,
+        sources: Vec::new(),
+        replays: Vec::new(),
     };
     let (code, title) = (escape(words.code()), page.say("launcher-debrief"));
     page.add(format_args!(
@@ -177,8 +187,10 @@ fn one(page: &mut Page<'_>, chapter: &Chapter) {
         true => page.say(&scene),
         false => escape(&chapter.scene),
     };
+    let trainee = chapter.trainee.as_ref();
+    let trainee = trainee.map_or_else(String::new, |name| format!("{} – ", escape(name)));
     page.add(format_args!(
-        "<h2>{task}</h2><p class=\"lead\">{} – {difficulty} – {scene}</p>",
+        "<h2>{task}</h2><p class=\"lead\">{trainee}{} – {difficulty} – {scene}</p>",
         escape(&chapter.when)
     ));
     if let Some(case) = &chapter.case {
@@ -221,7 +233,10 @@ fn one(page: &mut Page<'_>, chapter: &Chapter) {
     compared::past(page, chapter);
     compared::sheet(page, chapter);
     compared::metrics(page, chapter);
+    asides::sources(page);
+    asides::replays(page);
     asides::ticks(page, chapter);
+    asides::technical(page, chapter);
 }
 
 fn time_line(page: &mut Page<'_>, chapter: &Chapter) {
@@ -256,7 +271,15 @@ fn verdict(page: &mut Page<'_>, chapter: &Chapter) {
         "<p class=\"{class}\"><span class=\"score\">{:.0}</span> {of} &nbsp; <b>{outcome}</b>",
         it.score
     ));
-    for reason in &it.reasons {
+    if it.outcome == Outcome::Aborted {
+        let (score, _) = chapter.rules.score(it.task, &it.metrics);
+        let score = format!("{score:.0}");
+        let text = page.say_with("page-unfinished", &[("score", &score)]);
+        page.add(format_args!("<br>{text}"));
+    }
+    // The table of the steps, below, shows which ones are open.
+    let reasons = it.reasons.iter().filter(|it| it.open_step().is_none());
+    for reason in reasons {
         let reason = escape(&page.words.reason(reason));
         page.add(format_args!("<br>{reason}"));
     }

@@ -31,6 +31,7 @@ fn chapter(name: &str) -> Chapter {
     assessed.paths[0] = vec![[0.0; 4], [0.1, 0.2, 0.3, 1.0]];
     Chapter {
         name: name.to_owned(),
+        trainee: None,
         scene: "triangle".to_owned(),
         case: None,
         build: "a test".to_owned(),
@@ -50,6 +51,7 @@ fn chapter(name: &str) -> Chapter {
         }),
         is_scripted: false,
         cut_short: None,
+        technical: None,
         past: vec![Past {
             when: String::new(),
             outcome: "failed".to_owned(),
@@ -86,7 +88,10 @@ fn an_error_has_advice_a_close_picture_and_its_replay() {
     for expected in [
         "<h4>alarm-burnt organ=bile duct <small>page-times count=2</small></h4>",
         "<b>page-next-time</b> advice-burnt",
-        "1:15 <code>calot replay &#39;out/session.mcap&#39; --at 77.2</code>",
+        "page-happened-at times=1:15, 1:15",
+        "<details><summary>page-replays",
+        "<td>1:15 alarm-burnt organ=bile duct<td class=\"l\" lang=\"en\"><code>calot replay \
+         &#39;out/session.mcap&#39; --at 77.2</code>",
         "alt=\"alarm-burnt organ=bile duct\" src=\"data:image/png",
         "advice-metric-cautery-air-s",
         "page-cost points=4.5",
@@ -294,7 +299,7 @@ fn a_rule_about_a_metric_without_a_value_is_neither_met_nor_missed() {
     let mut unused = chapter("a");
     unused.assessed.task = Task::Identify;
     let page = html(&[unused], &Ids);
-    let row = "<td>cautery_safe<td>–<td>page-at-least limit=95 %<td>–<td";
+    let row = "<td>cautery_safe<td>–<td>page-at-least limit=95 %<td>–</tr>";
     assert!(page.contains(row) && !page.contains("NaN"), "{page}");
 }
 
@@ -337,14 +342,72 @@ fn injuries_rules_and_published_values_stand_with_their_source() {
     let page = html(&[injured], &Ids);
     for expected in [
         "<td>3.0 s<td class=\"l\">bile duct<td class=\"l\">injury-perforated, 1.2 J, 0.5 mm<td \
-         class=\"l\">cause-torn<td class=\"l\">page-ends-task<td class=\"l\" lang=\"en\">&lt;a book&gt;",
-        "page-at-least limit=70<td>✗ page-no<td class=\"l\" lang=\"en\">page-no-source",
+         class=\"l\">cause-torn<td class=\"l\">page-ends-task</tr>",
+        "<td>bile duct: injury-perforated, 1.2 J, 0.5 mm<td class=\"l\" lang=\"en\">&lt;a book&gt;</tr>",
+        "page-at-least limit=70<td>✗ page-no</tr>",
+        "<td>score: page-at-least limit=70<td class=\"l\" lang=\"en\">page-no-source</tr>",
+        "page-pass-and-proficiency",
         "page-injury-note",
         "page-published",
         "18 996 runs at LAP Mentor",
     ] {
         assert!(page.contains(expected), "{expected}");
     }
+}
+
+/// A session ended before its end has 0 points, although its table lists fewer lost ones.
+#[test]
+fn an_unfinished_task_says_why_it_has_no_points_and_names_each_step_once() {
+    let open = chapter("a");
+    let steps = open.assessed.steps.iter().map(|(step, _)| step.to_string());
+    let last = steps.last().unwrap();
+    let page = html(&[open], &Ids);
+    assert!(page.contains("page-unfinished score=100"), "{page}");
+    // The advice about the first open step names it, too.
+    assert_eq!(page.matches(&format!("<td>{last}<td>")).count(), 1);
+    assert_eq!(page.matches(&format!("<br>{last}")).count(), 0);
+    assert!(!page.contains("<br>not done"), "{page}");
+    let mut done = completed();
+    done.assessed.outcome = crate::Outcome::Passed;
+    assert!(!html(&[done], &Ids).contains("page-unfinished"));
+}
+
+#[test]
+fn a_debrief_names_its_trainee_and_the_page_for_technicians() {
+    let of = |name: Option<&str>| {
+        let mut chapter = chapter("a");
+        chapter.trainee = name.map(str::to_owned);
+        chapter.technical = name.map(|_| "report.html".to_owned());
+        html(&[chapter], &Ids)
+    };
+    let named = of(Some("<Lea>"));
+    assert!(named.contains("<p class=\"lead\">&lt;Lea&gt; – 2026-11-22"));
+    assert!(named.contains("page-technical <a href=\"report.html\">"));
+    let nobody = of(None);
+    assert!(!nobody.contains("Lea") && !nobody.contains("page-technical"));
+}
+
+#[test]
+fn forces_that_the_hand_did_not_feel_are_told() {
+    let told = |felt_n, pressed_n| {
+        let mut chapter = chapter("a");
+        chapter.assessed.metrics.set(Metric::ForceMax, felt_n);
+        chapter
+            .assessed
+            .metrics
+            .set(Metric::PressWrongMax, pressed_n);
+        html(&[chapter], &Ids).contains("page-unfelt felt=0.0 pressed=2.9")
+    };
+    assert!(told(0.0, 2.9));
+    assert!(!told(2.0, 2.9) && !told(0.0, 0.0));
+}
+
+#[test]
+fn a_short_path_is_not_shown_as_none() {
+    let mut still = chapter("a");
+    still.assessed.metrics.set(Metric::Path, 0.003);
+    let page = html(&[still], &Ids);
+    assert!(page.contains("<td>path_m, m<td>0.003"), "{page}");
 }
 
 #[test]

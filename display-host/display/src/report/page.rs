@@ -27,6 +27,9 @@ pub(super) fn render(
         id = &summary.scene_id[..summary.scene_id.len().min(12)],
         ended = ended(summary.ended),
     ));
+    if summary.task.is_some() {
+        page.add(format_args!("{DEBRIEF}"));
+    }
     verdict(&mut page, summary);
     times(&mut page, summary);
     charts(&mut page, recorder);
@@ -36,6 +39,10 @@ pub(super) fn render(
     machine(&mut page, summary);
     page.0 + "</html>\n"
 }
+
+/// Points trainees and instructors to their page: this one is about the station.
+const DEBRIEF: &str = "<p class=\"lead\">This page is for technicians: it is about the station and its timing. The \
+                       debrief for trainee and instructor is <a href=\"debrief.html\">debrief.html</a>.</p>";
 
 struct Page(String);
 

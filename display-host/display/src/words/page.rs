@@ -157,6 +157,8 @@ mod tests {
             }),
             is_scripted: true,
             cut_short: Some("x".to_owned()),
+            trainee: Some("Ada".to_owned()),
+            technical: Some("report.html".to_owned()),
             past: vec![past(40.0), past(50.0)],
             sheet: vec![("x".to_owned(), 4)],
         }

@@ -457,7 +457,7 @@ fn progress_is_shown_and_leads_to_the_next_task() {
         ..start()
     }));
     desk.run();
-    desk.get_by_label("Proficient in 1 of 12 tasks");
+    desk.get_by_label("Proficient in 1 of 12 goals");
     desk.get_by_label("All levels").click();
     desk.run();
     desk.get_by_label("Endoscope, Beginner: 1 of 2 passes in a row");

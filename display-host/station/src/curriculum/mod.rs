@@ -168,6 +168,16 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_view_comes_before_a_clip_as_in_the_operation() {
+        let curriculum = Curriculum::read(None).unwrap();
+        for level in &curriculum.levels {
+            let place = |task| level.tasks.iter().position(|it| it.task == task);
+            let order = [Task::Identify, Task::Clamp, Task::Cut, Task::Disconnect].map(place);
+            assert!(order.is_sorted(), "{level:?}");
+        }
+    }
+
+    #[test]
     fn the_built_in_curriculum_leads_from_the_first_steps_to_the_exam() {
         let curriculum = Curriculum::read(None).unwrap();
         let aims: Vec<_> = curriculum.levels.iter().flat_map(|it| &it.tasks).collect();

@@ -53,6 +53,10 @@ struct Next {
     difficulty: &'static str,
 }
 
+/// Difference of a pass and proficiency.
+const MEANING: &str = "A pass keeps the limits of the task once. Proficient is who passes as often in a row, with as many \
+                       points, as the line of a goal says.";
+
 impl Curriculum {
     /// Progress of a trainee with these sessions, oldest first.
     pub(crate) fn progress(
@@ -189,12 +193,22 @@ impl Progress {
         ))
     }
 
+    /// Command that works the next task.
+    fn next_command(&self, next: &Next) -> String {
+        let trainee = assess::report::in_shell(&self.trainee);
+        format!(
+            "next: calot run --task {} --difficulty {} --trainee {trainee}",
+            next.task, next.difficulty
+        )
+    }
+
     /// Lines for a terminal.
     pub(crate) fn lines(&self) -> Vec<String> {
         let mut lines = vec![format!(
-            "{}: proficient in {} of {} tasks",
+            "{}: proficient in {} of {} goals; a goal is a task with one kind of help",
             self.trainee, self.proficient, self.of
         )];
+        lines.push(MEANING.to_owned());
         for level in &self.levels {
             lines.push(level.title.clone());
             for it in &level.tasks {
@@ -210,7 +224,7 @@ impl Progress {
         }
         lines.push(self.next.as_ref().map_or_else(
             || "the curriculum is complete".to_owned(),
-            |it| format!("next: --task {} --difficulty {}", it.task, it.difficulty),
+            |it| self.next_command(it),
         ));
         lines
     }
@@ -338,10 +352,11 @@ mod tests {
         let all = progress(&[session("basics", "beginner", "passed", 100.0)]);
         let lines = all.lines().join("\n");
         for part in [
-            "Ada: proficient in 1 of 13 tasks",
+            "Ada: proficient in 1 of 13 goals",
+            MEANING,
             "done  basics",
             "0 of 2 passes in a row at 80; 0 sessions, best –",
-            "next: --task scope --difficulty beginner",
+            "next: calot run --task scope --difficulty beginner --trainee 'Ada'",
         ] {
             assert!(lines.contains(part), "{part}: {lines}");
         }

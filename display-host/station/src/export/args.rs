@@ -32,7 +32,8 @@ Examples:
   python3 -c \"import pandas; print(pandas.read_csv('tables/ticks.csv').force_x_n.describe())\""
 )]
 pub(crate) struct ExportArgs {
-    /// Recorded session (.mcap), or the folder of `calot run --out DIR`
+    /// Recorded session (.mcap), the folder of `calot run --out DIR`, or a session's id as `calot
+    /// store list NAME` prints it
     #[arg(value_name = "SESSION")]
     pub(crate) session: PathBuf,
     /// Folder for the tables as CSV (comma, point, one line a row, header in line 1)

@@ -32,6 +32,7 @@ use crate::replay::judge::{Different, Judge};
 use crate::replay::recorded::{LeftOut, scene_of, without_gap};
 use crate::report;
 use crate::say;
+use crate::sessions;
 
 /// Interval between progress messages.
 const PROGRESS: Duration = Duration::from_secs(1);
@@ -111,6 +112,10 @@ impl Tables {
 }
 
 pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Problem> {
+    let args = &ExportArgs {
+        session: sessions::find(&args.session)?,
+        ..args.clone()
+    };
     let file = report::recording(&args.session);
     let wanted = [(&args.csv, CSV), (&args.parquet, PARQUET)];
     let mut targets = Vec::new();

@@ -23,7 +23,8 @@ Examples:
   calot replay out/session.mcap --what-if triangle-variant --out what-if
   calot replay out/session.mcap --what-if-iterations 10 --out what-if   the paper's solver")]
 pub(crate) struct ReplayArgs {
-    /// Recorded session (.mcap), or the folder of its run
+    /// Recorded session (.mcap), the folder of its run, or a session's id as `calot store list NAME`
+    /// prints it
     #[arg(value_name = "SESSION")]
     pub(crate) session: PathBuf,
     /// Run the session on this compiled scene (.calot) instead of its own; both must be equal. With
@@ -58,9 +59,9 @@ pub(crate) struct ReplayArgs {
     /// Size of --video, pixels [default: 640x480]
     #[arg(long, value_name = "WxH", value_parser = parse_size, requires = "video")]
     pub(crate) size: Option<[u32; 2]>,
-    /// Playing time of --frames, s
-    #[arg(long, value_name = "N", default_value = "10", value_parser = parse_seconds)]
-    pub(crate) seconds: f64,
+    /// Playing time of --frames, s [default: to the end of the session]
+    #[arg(long, value_name = "N", value_parser = parse_seconds)]
+    pub(crate) seconds: Option<f64>,
     /// Speed of the show, as a multiple of real time, e.g. 0.25
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = parse_speed)]
     pub(crate) speed: f64,
@@ -105,6 +106,13 @@ impl ReplayArgs {
         self.show || self.at.is_some()
     }
 
+    /// Playing time of the pictures, s, of a session of this length, s: what is left of it at this
+    /// speed, unless the user names a time.
+    pub(super) fn pictures_s(&self, length_s: f64) -> f64 {
+        let left_s = (length_s - self.start_s()).max(0.0) / self.speed;
+        self.seconds.unwrap_or(left_s)
+    }
+
     /// Start of the show in the session, s.
     pub(super) fn start_s(&self) -> f64 {
         self.at.map_or(self.from, |at| (at - BEFORE_S).max(0.0))
@@ -122,5 +130,27 @@ fn parse_from(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(seconds) if (0.0..=86_400.0).contains(&seconds) => Ok(seconds),
         _ => Err("a time is 0 to 86400 seconds".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser as _;
+
+    use crate::cli::{Cli, Command};
+
+    #[test]
+    fn pictures_cover_the_session_unless_the_user_names_a_time() {
+        let seconds = |options: &str| {
+            let words = format!("calot replay x --frames 4{options}");
+            match Cli::parse_from(words.split(' ')).command {
+                Some(Command::Replay(args)) => args.pictures_s(142.0),
+                _ => unreachable!("it is a replay"),
+            }
+        };
+        assert_eq!(seconds(""), 142.0);
+        assert_eq!(seconds(" --from 42"), 100.0);
+        assert_eq!(seconds(" --speed 4"), 35.5);
+        assert_eq!(seconds(" --seconds 10"), 10.0);
     }
 }

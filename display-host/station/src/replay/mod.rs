@@ -25,6 +25,7 @@ use crate::output::{self, Format};
 use crate::problem::Problem;
 use crate::report::recording;
 use crate::say;
+use crate::sessions;
 
 /// Interval between progress messages.
 const PROGRESS: Duration = Duration::from_secs(1);
@@ -53,6 +54,10 @@ struct ReplayOutcome {
 
 /// Compares every tick, or, as the options say, repairs, shows or varies the session.
 pub(crate) fn run(args: &ReplayArgs) -> Result<ExitCode, Problem> {
+    let args = &ReplayArgs {
+        session: sessions::find(&args.session)?,
+        ..args.clone()
+    };
     let file = recording(&args.session);
     if args.repair {
         let scene = args.scene.as_deref();
@@ -87,6 +92,9 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<ExitCode, Problem> {
         document::REPLAY.answer(&outcome)?;
     }
     say::note(in_words(&outcome));
+    if outcome.ticks > 0 {
+        say::note(to_see(&args.session));
+    }
     Ok(match outcome.same {
         true => ExitCode::SUCCESS,
         false => ExitCode::FAILURE,
@@ -138,6 +146,12 @@ fn compare(
     outcome.same =
         outcome.ticks > 0 && outcome.first_difference.is_none() && !outcome.left_out.is_known();
     Ok(outcome)
+}
+
+/// Says how to look at a session, because a comparison of its ticks shows nothing of it.
+fn to_see(session: &std::path::Path) -> String {
+    let session = assess::report::in_shell(&session.display().to_string());
+    format!("`calot replay {session} --show` shows the operation in a window")
 }
 
 fn in_words(outcome: &ReplayOutcome) -> String {
@@ -202,6 +216,12 @@ mod tests {
         );
         assert!(words("tools", Some("liver"), Some(9)).ends_with("in tick 9 liver"));
         assert!(words("tools", None, None).ends_with("no organ soon after"));
+    }
+
+    #[test]
+    fn a_comparison_ends_with_the_command_that_shows_the_operation() {
+        let words = to_see("my out/session.mcap".as_ref());
+        assert!(words.contains("calot replay 'my out/session.mcap' --show"));
     }
 
     #[test]

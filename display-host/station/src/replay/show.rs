@@ -91,11 +91,14 @@ pub(super) fn run(
             _ => {}
         };
         let watched = match args.frames {
-            Some(frames) => headless::run(
-                &headless_config(args, frames, out, &station, &path),
-                &stop,
-                &mut observe,
-            ),
+            Some(frames) => {
+                let seconds = args.pictures_s(length_s(played));
+                say::note(format_args!(
+                    "{frames} pictures over {seconds:.0} s of playing; --speed and --seconds shorten it"
+                ));
+                let config = headless_config((frames, seconds), out, &station, &path);
+                headless::run(&config, &stop, &mut observe)
+            }
             None => window::run(
                 &WindowConfig {
                     acts: Some(acts.clone()),
@@ -122,8 +125,7 @@ pub(super) fn run(
 
 /// Settings for pictures of the session.
 fn headless_config(
-    args: &ReplayArgs,
-    frames: u32,
+    (frames, seconds): (u32, f64),
     out: &Path,
     station: &Station,
     path: &Path,
@@ -131,7 +133,7 @@ fn headless_config(
     HeadlessConfig {
         station: station.clone(),
         scene: path.to_owned(),
-        seconds: args.seconds,
+        seconds,
         out_dir: out.to_owned(),
         size: None,
         frames,
@@ -235,6 +237,12 @@ impl Player<'_> {
         )
         .map_err(|error| error.to_string())
     }
+}
+
+/// Length of a session, s, as the show counts it. 0 if the session cannot be read.
+fn length_s(session: &Path) -> f64 {
+    let ticks = Session::open(session).ok().map(in_order);
+    ticks.map_or(0.0, |it| length_ns(it) as f64 / 1e9)
 }
 
 fn lock<T>(it: &Mutex<T>) -> MutexGuard<'_, T> {

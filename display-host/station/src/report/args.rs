@@ -21,7 +21,7 @@ Examples:
   calot report monday --pictures                 with pictures of what went wrong
   calot report monday --rules strict.toml --json")]
 pub(crate) struct ReportArgs {
-    /// Sessions, oldest first: files or folders
+    /// Sessions, oldest first: files, folders, or ids as `calot store list NAME` prints them
     #[arg(value_name = "SESSION", required_unless_present_any = ["metrics", "rules_file"])]
     pub(crate) sessions: Vec<PathBuf>,
     /// File for the page [default: debrief.html, or debrief-2.html, debrief-3.html, … if it is

@@ -20,6 +20,7 @@ use crate::document;
 use crate::output::{self, CLOSE, Format};
 use crate::problem::Problem;
 use crate::say;
+use crate::sessions;
 
 /// Largest number of pictures of a session in the page.
 const PICTURES_MAX: usize = 12;
@@ -62,6 +63,7 @@ pub(crate) fn run(args: &ReportArgs) -> Result<ExitCode, Problem> {
     let mut chapters = Vec::new();
     let (mut found, mut whole) = (Vec::new(), true);
     for session in &args.sessions {
+        let session = &sessions::find(session)?;
         let Found {
             mut chapter,
             left_out,
@@ -284,6 +286,8 @@ pub(crate) fn chapter(
     let left_out = LeftOut::of(&operation);
     let chapter = Chapter {
         name: file.display().to_string(),
+        trainee: None,
+        technical: None,
         scene: operation.info.scene.clone(),
         case: crate::scene::case(&operation.info.scene),
         build: operation.info.build.clone(),

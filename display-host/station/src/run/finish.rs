@@ -232,6 +232,7 @@ fn debrief(
             chapter.pictures = report::chosen(views.iter().cloned());
             chapter.pictures.extend(report::chosen(others));
             chapter.ticks = report::ticks(out);
+            chapter.technical = Some("report.html".to_owned());
             if let Err(problem) = assessed.add_past(&mut chapter) {
                 say::note(format_args!(
                     "calot: debrief.html without earlier sessions: {problem}"

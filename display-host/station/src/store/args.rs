@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 use store::Consent;
 
+use super::name::TraineeName;
 use super::study::StudyArgs;
 use crate::args::{NewRater, NewTrainee, StoreFile, parse_difficulty, parse_task, parse_trainee};
 use crate::output::Overwrite;
@@ -109,17 +110,17 @@ A scoring sheet as a file:
 pub(crate) enum StoreCommand {
     /// Lists all trainees, or the sessions of one
     List {
-        /// Trainee whose sessions to list [default: list the trainees]
-        name: Option<String>,
+        /// Trainee whose sessions to list; a name of several words needs no quotes [default: list
+        /// the trainees]
+        name: Vec<String>,
         /// Print one JSON object on standard output
         #[arg(long)]
         json: bool,
     },
     /// Shows a trainee's progress in the curriculum, and the task that comes next
     Progress {
-        /// Trainee
-        #[arg(value_parser = parse_trainee)]
-        name: String,
+        #[command(flatten)]
+        name: TraineeName,
         /// Curriculum (TOML) [default: the built-in one]
         #[arg(long, value_name = "FILE")]
         curriculum: Option<PathBuf>,
@@ -129,9 +130,8 @@ pub(crate) enum StoreCommand {
     },
     /// Writes a trainee's certificate of the levels that are complete, as a page to print
     Certificate {
-        /// Trainee
-        #[arg(value_parser = parse_trainee)]
-        name: String,
+        #[command(flatten)]
+        name: TraineeName,
         /// Curriculum (TOML) [default: the built-in one]
         #[arg(long, value_name = "FILE")]
         curriculum: Option<PathBuf>,
@@ -151,7 +151,7 @@ pub(crate) enum StoreCommand {
         /// Trainee to add them to; a recording does not name one
         #[arg(value_parser = parse_trainee)]
         name: String,
-        /// Recordings (.mcap), or folders of `calot run --out DIR`
+        /// Recordings (.mcap), folders of `calot run --out DIR`, or names of kept sessions
         #[arg(value_name = "SESSION", required = true)]
         sessions: Vec<PathBuf>,
         #[command(flatten)]
@@ -176,9 +176,8 @@ pub(crate) enum StoreCommand {
     /// Sets a trainee's cohort and consent for studies, and adds the trainee if the name is new;
     /// without options, prints them
     Trainee {
-        /// Trainee
-        #[arg(value_parser = parse_trainee)]
-        name: String,
+        #[command(flatten)]
+        name: TraineeName,
         /// Cohort, free text, e.g. novice; "" for none
         #[arg(long, value_name = "TEXT")]
         cohort: Option<String>,
@@ -216,8 +215,8 @@ pub(crate) enum StoreCommand {
     /// push`. Marks remain, which show no name, so that a merge brings nothing of it back. To come
     /// back, the trainee works a new session under any name
     Forget {
-        /// Trainee
-        name: String,
+        #[command(flatten)]
+        name: TraineeName,
     },
     /// Scores recordings again, many at once, and prints a table as CSV: outcome and score in the
     /// store and by these rules, and every metric. The store stays as it is, because a session
@@ -227,8 +226,8 @@ pub(crate) enum StoreCommand {
     /// Draws a learning curve as SVG: each session, and the pass rule. Aborted sessions and
     /// practice do not count
     Curve {
-        /// Trainee
-        name: String,
+        #[command(flatten)]
+        name: TraineeName,
         /// Task, e.g. clamp
         #[arg(long, value_name = "TASK", value_parser = parse_task)]
         task: assess::Task,
@@ -349,6 +348,11 @@ pub(crate) enum Table {
     Answers,
     /// One item of a scoring sheet a row
     Sheets,
+}
+
+/// A name of several words, or `None` if none was typed.
+pub(crate) fn joined(words: &[String]) -> Option<String> {
+    (!words.is_empty()).then(|| words.join(" "))
 }
 
 fn parse_consent(text: &str) -> Result<Consent, String> {

@@ -1,6 +1,9 @@
 //! `calot store`: trainees, their sessions, their answers.
 
 pub(crate) mod args;
+mod left_out;
+mod list;
+mod name;
 mod push;
 mod questions;
 mod record;
@@ -13,10 +16,12 @@ use std::process::ExitCode;
 
 use assess::report::{Past, learning_curve};
 use assess::{Difficulty, Metric, Outcome, Rules, Task};
-use display_host::words::Words;
+use display_host::words::{Language, Words};
 use store::{Consent, Hand, OtherOwner, SessionRecord, Sheet, Store, StoreError};
 
-use self::args::{StoreArgs, StoreCommand, Table};
+use self::args::{StoreArgs, StoreCommand, Table, joined};
+use self::left_out::LeftOut;
+pub(crate) use self::list::folder_of;
 use self::record::circumstances_beside;
 pub(crate) use self::record::{Made, circumstances_of, record};
 use crate::args::{LanguageName, NewTrainee, StoreFile};
@@ -27,6 +32,7 @@ use crate::output::{self, Format};
 use crate::problem::Problem;
 use crate::report::{self, utc};
 use crate::say;
+use crate::sessions;
 
 /// Outcome of a session whose recording breaks off before its task was decided.
 const CUT_SHORT: &str = "cut-short";
@@ -34,14 +40,14 @@ const CUT_SHORT: &str = "cut-short";
 pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
     let file = &args.file;
     match &args.command {
-        StoreCommand::List { name, json } => list(file, name.as_deref(), *json)?,
+        StoreCommand::List { name, json } => list::run(file, joined(name).as_deref(), *json)?,
         StoreCommand::Progress {
             name,
             curriculum,
             json,
         } => {
             let curriculum = Curriculum::read(curriculum.as_deref())?;
-            progress(&file.read()?, name, &curriculum, *json)?;
+            progress(&file.read()?, &name.read()?, &curriculum, *json)?;
         }
         StoreCommand::Certificate {
             name,
@@ -51,7 +57,7 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
         } => {
             let curriculum = Curriculum::read(curriculum.as_deref())?;
             let out = output::file(out.as_deref(), "certificate.html", Format::Page, *overwrite)?;
-            certificate(&file.read()?, name, &curriculum, &out)?;
+            certificate(&file.read()?, &name.read()?, &curriculum, &out)?;
         }
         StoreCommand::Curriculum => say::answer(curriculum::BUILT_IN.trim_end()),
         StoreCommand::Add {
@@ -63,6 +69,7 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
             let mut store = file.open()?;
             new.confirm(&store, name)?;
             for session in sessions {
+                let session = &sessions::find(session)?;
                 let added = add(&mut store, name, session)?;
                 if let (true, Some(added)) = (*json, added) {
                     document::SESSION.line(&added)?;
@@ -75,7 +82,7 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
             cohort,
             consent,
             new,
-        } => trainee(file, name, cohort.as_deref(), *consent, *new)?,
+        } => trainee(file, &name.read()?, cohort.as_deref(), *consent, *new)?,
         StoreCommand::Site { name: Some(name) } => file.open()?.set_site(name)?,
         StoreCommand::Site { name: None } => say::answer(file.read()?.site()?),
         StoreCommand::Merge { others, json } => {
@@ -94,7 +101,7 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
         StoreCommand::Forget { name } => {
             // Fail if there is no store, instead of making one.
             drop(file.read()?);
-            forget(&mut file.open()?, name)?;
+            forget(&mut file.open()?, &name.read()?)?;
         }
         StoreCommand::Curve {
             name,
@@ -106,7 +113,14 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
         } => {
             let named = out.as_deref();
             let out = output::file(named, "curve.svg", Format::Drawing, *overwrite)?;
-            curve(&file.read()?, name, *task, *difficulty, metric, &out)?;
+            curve(
+                &file.read()?,
+                &name.read()?,
+                *task,
+                *difficulty,
+                metric,
+                &out,
+            )?;
         }
         StoreCommand::Sheet {
             session,
@@ -199,7 +213,11 @@ fn merge(store: &mut Store, other: &Path, json: bool) -> Result<(), Problem> {
 /// Prints a trainee's progress.
 fn progress(store: &Store, name: &str, curriculum: &Curriculum, json: bool) -> Result<(), Problem> {
     let sessions = store.sessions(name, None)?;
-    let language = LanguageName::or_users(None);
+    // Every line in a terminal is in English, so the titles of the levels are, too.
+    let language = match json {
+        true => LanguageName::or_users(None),
+        false => Language::English,
+    };
     let progress = curriculum.progress(name, &sessions, language);
     if json {
         return document::PROGRESS.answer(&progress);
@@ -243,7 +261,7 @@ fn forget(store: &mut Store, name: &str) -> Result<(), Problem> {
         ));
     }
     if !gone.files.is_empty() {
-        say::note("recordings remain at:");
+        say::note("recordings remain; a debrief.html beside one has the name. They lie at:");
         gone.files
             .iter()
             .for_each(|file| say::note(format_args!("  {file}")));
@@ -282,65 +300,6 @@ fn trainee(
     let found = people.into_iter().find(|it| it.name == name);
     let found = found.ok_or_else(|| StoreError::NoTrainee(name.to_owned()))?;
     document::TRAINEE.line(&found)?;
-    Ok(())
-}
-
-fn list(file: &StoreFile, name: Option<&str>, json: bool) -> Result<(), Problem> {
-    let store = match name {
-        None => file.read_if_any()?,
-        Some(_) => Some(file.read()?),
-    };
-    let (Some(name), Some(store)) = (name, &store) else {
-        let people = store.map_or_else(|| Ok(Vec::new()), |it| it.trainees())?;
-        if json {
-            document::TRAINEE.array(people)?;
-            return Ok(());
-        }
-        if people.is_empty() {
-            say::note("no trainee yet: `calot run --task clamp --trainee NAME` adds a session");
-        }
-        for person in people {
-            let cohort = match person.cohort.as_str() {
-                "" => String::new(),
-                cohort => format!("  ({cohort})"),
-            };
-            say::answer(format_args!(
-                "{:>5}  {}{cohort}",
-                person.sessions, person.name
-            ));
-        }
-        return Ok(());
-    };
-    let sessions = store.sessions(name, None)?;
-    if json {
-        document::SESSION.array(sessions)?;
-        return Ok(());
-    }
-    for it in sessions {
-        let when = utc(u64::try_from(it.began_unix_s).unwrap_or(0));
-        let goals: u32 = store
-            .sheet(&it.id)?
-            .iter()
-            .map(|(_, it)| u32::from(*it))
-            .sum();
-        let goals = if goals > 0 {
-            format!("  GOALS {goals}")
-        } else {
-            String::new()
-        };
-        let hand = match it.hand {
-            Hand::Scripted => "  by a scripted hand",
-            Hand::Person => "",
-        };
-        let hand = match it.circumstances.realtime {
-            Some(false) => format!("{hand}, not realtime"),
-            _ => hand.to_owned(),
-        };
-        say::answer(format_args!(
-            "{}  {when}  {:<10} {:<9} {:<9} {:>3.0} of 100, {} alarms{goals}{hand}",
-            it.id, it.task, it.difficulty, it.outcome, it.score, it.alarms
-        ));
-    }
     Ok(())
 }
 
@@ -406,11 +365,8 @@ fn curve(
     out: &Path,
 ) -> Result<(), Problem> {
     let (sessions, left_out) = comparable(store.sessions(name, Some(task.name()))?, difficulty);
-    if left_out > 0 {
-        say::note(format_args!(
-            "{left_out} sessions are left out: aborted, cut short, practice, a scripted hand's, with complications by an instructor, or of another \
-             difficulty (--difficulty) or version of the metrics than the newest"
-        ));
+    if let Some(words) = left_out.in_words() {
+        say::note(words);
     }
     let value = |it: &SessionRecord| match metric {
         "score" => Some(it.score),
@@ -444,22 +400,23 @@ fn curve(
 }
 
 /// Completed sessions that are comparable with the newest one (of `difficulty`, if given), and the
-/// number of the other sessions.
+/// numbers of the other sessions by reason.
 fn comparable(
     sessions: Vec<SessionRecord>,
     difficulty: Option<Difficulty>,
-) -> (Vec<SessionRecord>, usize) {
-    let of_all = sessions.len();
+) -> (Vec<SessionRecord>, LeftOut) {
     let asked = |it: &SessionRecord| difficulty.is_none_or(|of| of.name() == it.difficulty);
-    let mut kept: Vec<_> = sessions
-        .into_iter()
-        .filter(|it| counts(it) && asked(it))
-        .collect();
-    if let Some(newest) = kept.last() {
-        let (difficulty, version) = (newest.difficulty.clone(), newest.metrics_version);
-        kept.retain(|it| it.difficulty == difficulty && it.metrics_version == version);
-    }
-    let left_out = of_all - kept.len();
+    let newest = sessions.iter().rfind(|it| counts(it) && asked(it));
+    let newest = newest.map(|it| (it.difficulty.clone(), it.metrics_version));
+    let mut left_out = LeftOut::default();
+    let is_kept = |it: &SessionRecord| match left_out::reason(it, difficulty, newest.as_ref()) {
+        None => true,
+        Some(why) => {
+            left_out.add(why);
+            false
+        }
+    };
+    let kept = sessions.into_iter().filter(is_kept).collect();
     (kept, left_out)
 }
 
@@ -473,11 +430,7 @@ pub(crate) struct Before {
 /// fewer penalties than a completed one. A scripted hand learns nothing. A complication by an
 /// instructor makes a session harder than the others.
 fn counts(session: &SessionRecord) -> bool {
-    let complications = session.metrics.get(Metric::Complications.name());
-    let is_plain = complications.is_none_or(|count| *count <= 0.0);
-    let is_persons = session.hand == Hand::Person && is_plain;
-    let mut whole = [Outcome::Passed, Outcome::Failed].into_iter();
-    is_persons && whole.any(|it| it.name() == session.outcome)
+    left_out::incomplete(session).is_none()
 }
 
 /// Criteria that make sessions comparable.
@@ -566,9 +519,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let store = Some(folder.path().join("new/store.sqlite"));
         let commands = [
-            StoreCommand::Forget {
-                name: "Ada".to_owned(),
-            },
+            StoreCommand::Forget { name: "Ada".into() },
             StoreCommand::Merge {
                 others: vec![folder.path().join("none.sqlite")],
                 json: false,
@@ -619,11 +570,17 @@ mod tests {
         let ids = |difficulty| {
             let (kept, left_out) = comparable(sessions(), difficulty);
             let ids: Vec<_> = kept.into_iter().map(|it| it.id).collect();
-            (ids.join(" "), left_out)
+            (ids.join(" "), left_out.count())
         };
         assert_eq!(ids(None), ("1 5".to_owned(), 5));
         assert_eq!(ids(Some(Difficulty::Beginner)), ("3".to_owned(), 6));
         assert_eq!(ids(Some(Difficulty::Trainee)), (String::new(), 7));
+        let words = comparable(sessions(), None).1.in_words().unwrap();
+        assert_eq!(
+            words,
+            "5 sessions are left out: 1 aborted, 1 of practice, 1 by a scripted hand, 1 with complications by an \
+             instructor, 1 of another difficulty (--difficulty)"
+        );
     }
 
     #[test]

@@ -39,7 +39,8 @@ pub(crate) struct TaskArgs {
     /// window shows the operation
     #[arg(long, value_name = "WHO", value_enum, requires = "task")]
     pub(crate) hand: Option<Surgeon>,
-    /// Keep the result in the store under this trainee's name, e.g. Ada
+    /// Keep the result in the store under this trainee's name, e.g. Ada. Without it, recording and
+    /// debrief lie in the folder of the session, and the result counts for nobody
     #[arg(long, value_name = "NAME", value_parser = parse_trainee, requires = "task")]
     pub(crate) trainee: Option<String>,
     #[command(flatten)]

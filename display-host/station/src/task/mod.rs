@@ -241,6 +241,7 @@ impl Ended {
             };
             let before = past(&store, name, criteria, &it.session)?;
             (chapter.past, chapter.sheet) = (before.past, before.sheet);
+            chapter.trainee = Some(name.clone());
         }
         Ok(())
     }

@@ -19,7 +19,7 @@ pub(super) fn write(page: &mut Page<'_>, chapter: &Chapter) {
         let text = page.say("page-acts-note");
         page.add(format_args!("<p class=\"open\">{text}</p>"));
     }
-    page.columns(&["page-act-at", "<page-act", "<page-act-replay"]);
+    page.columns(&["page-act-at", "<page-act"]);
     for act in acts {
         let what = match &act.remark {
             // A remark keeps the direction of its own script.
@@ -28,9 +28,9 @@ pub(super) fn write(page: &mut Page<'_>, chapter: &Chapter) {
         };
         let at = clock(act.at_s);
         let command = escape(&replay_command(&chapter.name, act.session_s));
-        page.add(format_args!(
-            "<tr><td>{at}<td class=\"l\">{what}<td class=\"l\"><code>{command}</code></tr>"
-        ));
+        page.add(format_args!("<tr><td>{at}<td class=\"l\">{what}</tr>"));
+        let command = format!("<code>{command}</code>");
+        page.replays.push([format!("{at} {what}"), command]);
     }
     page.add(format_args!("</table>"));
 }

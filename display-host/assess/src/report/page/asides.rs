@@ -17,6 +17,13 @@ const STALLED_S: f64 = 5.0;
 /// Volume in the suction's jar from which the page tells it, ml.
 const JAR_ML_MIN: f64 = 0.05;
 
+/// Press on a protected structure above which the page compares it with the hand's force, N: five
+/// steps of the metric, which tells it in steps of 0.1 N.
+const PRESSED_N: f64 = 0.5;
+/// Share of the press that the hand felt, below which its forces say nothing of the press. A device
+/// that is on passes the press on, up to its own limit.
+const UNFELT: f64 = 0.1;
+
 /// Writes the durations of the simulation's ticks, and how many were late or missed.
 pub(super) fn ticks(page: &mut Page<'_>, chapter: &Chapter) {
     let Some(ticks) = &chapter.ticks else {
@@ -49,6 +56,57 @@ pub(super) fn ticks(page: &mut Page<'_>, chapter: &Chapter) {
     page.add(format_args!(
         "</table><p class=\"lead\">{text}</p></details>"
     ));
+}
+
+/// Writes the sources of the chapter's rules, folded: they are for those who examine the rules.
+pub(super) fn sources(page: &mut Page<'_>) {
+    let sources = core::mem::take(&mut page.sources);
+    folded(page, "page-sources", &sources, ["page-rule", "page-source"]);
+}
+
+/// Writes the commands that replay the errors, folded: a trainee uses the window.
+pub(super) fn replays(page: &mut Page<'_>) {
+    let replays = core::mem::take(&mut page.replays);
+    folded(page, "page-replays", &replays, ["page-time", "page-replay"]);
+}
+
+/// Writes a table of two columns that is folded at first.
+fn folded(page: &mut Page<'_>, title: &str, rows: &[[String; 2]], heads: [&str; 2]) {
+    if rows.is_empty() {
+        return;
+    }
+    let [title, left, right] = [title, heads[0], heads[1]].map(|id| page.say(id));
+    page.add(format_args!(
+        "<details><summary>{title}</summary><table><tr><th>{left}<th class=\"l\">{right}</tr>"
+    ));
+    for [left, right] in rows {
+        page.add(format_args!(
+            "<tr><td>{left}<td class=\"l\" lang=\"en\">{right}</tr>"
+        ));
+    }
+    page.add(format_args!("</table></details>"));
+}
+
+/// Links the page about the station, so that nobody takes it for the debrief.
+pub(super) fn technical(page: &mut Page<'_>, chapter: &Chapter) {
+    if let Some(file) = chapter.technical.as_deref().map(escape) {
+        let text = page.say("page-technical");
+        page.add(format_args!(
+            "<p class=\"lead\">{text} <a href=\"{file}\">{file}</a></p>"
+        ));
+    }
+}
+
+/// Says that the hand felt almost nothing of what the tissue felt. The forces on the hand then tell
+/// nothing about how hard the instrument pressed.
+pub(super) fn unfelt(page: &mut Page<'_>, values: &Values) {
+    let [felt_n, pressed_n] = [Metric::ForceMax, Metric::PressWrongMax].map(|it| values.get(it));
+    if pressed_n > PRESSED_N && felt_n < UNFELT * pressed_n {
+        let [felt, pressed] = [felt_n, pressed_n].map(|it| page.words.number(it, 1));
+        let values = [("felt", felt.as_str()), ("pressed", &pressed)];
+        let text = page.say_with("page-unfelt", &values);
+        page.add(format_args!("<p class=\"open\">{text}</p>"));
+    }
 }
 
 /// Warns if the window showed too few pictures to train with.

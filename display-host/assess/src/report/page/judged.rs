@@ -3,7 +3,7 @@
 
 use figures::html::escape;
 
-use super::Page;
+use super::{Page, asides};
 use crate::injury::{Cause, Injury, InjuryKind, Severity};
 use crate::metrics::Metric;
 use crate::report::Chapter;
@@ -23,7 +23,6 @@ pub(super) fn injuries(page: &mut Page<'_>, injuries: &[Injury]) {
         "<page-injury",
         "<page-cause",
         "<page-consequence",
-        "<page-source",
     ]);
     for injury in injuries {
         let kind = page.say(match injury.kind {
@@ -50,11 +49,11 @@ pub(super) fn injuries(page: &mut Page<'_>, injuries: &[Injury]) {
         });
         let at = page.words.number(injury.at_s, 1);
         let organ = escape(&page.words.organ(&injury.organ));
-        let source = source(page, &injury.source);
         page.add(format_args!(
             "<tr><td>{at} s<td class=\"l\">{organ}<td class=\"l\">{kind}<td class=\"l\">{cause}<td \
-             class=\"l\">{consequence}<td class=\"l\" lang=\"en\">{source}</tr>"
+             class=\"l\">{consequence}</tr>"
         ));
+        keep_source(page, format!("{organ}: {kind}"), &injury.source);
     }
     page.add(format_args!("</table>"));
     if injuries.iter().any(|it| it.severity > Severity::Minor) {
@@ -71,13 +70,7 @@ pub(super) fn pass_rules(page: &mut Page<'_>, chapter: &Chapter) {
         return;
     }
     page.heading("page-pass-rules");
-    page.columns(&[
-        "<metric",
-        "page-value",
-        "page-required",
-        "page-met",
-        "<page-source",
-    ]);
+    page.columns(&["<metric", "page-value", "page-required", "page-met"]);
     for rule in pass.into_iter().chain(chapter.rules.time_rule(it.task)) {
         let (name, least, most) = (rule.name, rule.at_least, rule.at_most);
         let metric = Metric::from_name(name);
@@ -110,12 +103,23 @@ pub(super) fn pass_rules(page: &mut Page<'_>, chapter: &Chapter) {
             Some(metric) => page.shown(&it.metrics, metric),
             None => page.words.number(value, 1),
         };
-        let [source, name, value] = [source(page, rule.source), page.named(name), shown];
+        let [name, value] = [page.named(name), shown];
         page.add(format_args!(
-            "<tr><td>{name}<td>{value}<td>{asked}<td>{met}<td class=\"l\" lang=\"en\">{source}</tr>"
+            "<tr><td>{name}<td>{value}<td>{asked}<td>{met}</tr>"
         ));
+        keep_source(page, format!("{name}: {asked}"), rule.source);
     }
-    page.add(format_args!("</table>"));
+    let note = page.say("page-pass-and-proficiency");
+    page.add(format_args!("</table><p class=\"lead\">{note}</p>"));
+}
+
+/// Keeps the source of a rule for the table of sources at the end of the chapter.
+fn keep_source(page: &mut Page<'_>, rule: String, text: &str) {
+    let source = source(page, text);
+    let kept = [rule, source];
+    if !page.sources.contains(&kept) {
+        page.sources.push(kept);
+    }
 }
 
 /// Source of a rule as the rules file has it, or a text that says that there is none.
@@ -145,19 +149,19 @@ pub(super) fn points(page: &mut Page<'_>, chapter: &Chapter) {
         return;
     }
     page.heading("page-points-lost");
-    page.columns(&["<metric", "page-value", "page-points", "<page-source"]);
+    page.columns(&["<metric", "page-value", "page-points"]);
     for lost in &it.lost {
         let name = page.named(lost.metric);
-        let source = source(page, chapter.rules.weight_source(it.task, lost.metric));
         let digits = match Metric::from_name(lost.metric).map(Metric::unit) {
             Some("n") => 0,
             _ => 1,
         };
         let value = page.words.number(lost.value, digits);
         let points = page.words.number(lost.points, 1);
-        page.add(format_args!(
-            "<tr><td>{name}<td>{value}<td>{points}<td class=\"l\" lang=\"en\">{source}</tr>"
-        ));
+        page.add(format_args!("<tr><td>{name}<td>{value}<td>{points}</tr>"));
+        let source = chapter.rules.weight_source(it.task, lost.metric);
+        let rule = format!("{name}: {}", page.say("page-points"));
+        keep_source(page, rule, source);
     }
     page.add(format_args!("</table>"));
 }
@@ -285,10 +289,9 @@ fn view_rule(page: &mut Page<'_>, rule: &ViewRule) {
             ("behind-two", f),
         ],
     );
-    let word = page.say("page-source");
-    page.add(format_args!(
-        "<p class=\"lead\">{text} {word}: <span lang=\"en\">{from}</span></p>"
-    ));
+    page.add(format_args!("<p class=\"lead\">{text}</p>"));
+    let rule = page.say("page-cvs");
+    page.sources.push([rule, from]);
 }
 
 /// Writes the metrics of the hand's motion. They cost no points.
@@ -309,6 +312,7 @@ pub(super) fn handling(page: &mut Page<'_>, chapter: &Chapter) {
     }
     let note = page.say("page-handling-note");
     page.add(format_args!("</table><p class=\"lead\">{note}</p>"));
+    asides::unfelt(page, &chapter.assessed.metrics);
 }
 
 #[cfg(test)]

@@ -55,8 +55,7 @@ fn one(page: &mut Page<'_>, chapter: &Chapter, lesson: &Lesson, has_picture: boo
         "<section class=\"lesson\"><div><h4>{what} <small>{times}</small></h4><p><b>{}</b> {}</p>",
         next[0], next[1]
     ));
-    let replay = page.say("page-replay");
-    page.add(format_args!("<p>{replay}</p><ul>"));
+    let mut times = Vec::new();
     let alarms = lesson
         .alarms
         .iter()
@@ -64,12 +63,14 @@ fn one(page: &mut Page<'_>, chapter: &Chapter, lesson: &Lesson, has_picture: boo
     for alarm in alarms.take(TIMES_MAX) {
         let at = clock(alarm.at_s);
         let command = replay_command(&chapter.name, alarm.session_s);
-        page.add(format_args!(
-            "<li>{at} <code>{}</code></li>",
-            escape(&command)
-        ));
+        page.replays.push([
+            format!("{at} {what}"),
+            format!("<code>{}</code>", escape(&command)),
+        ]);
+        times.push(at);
     }
-    page.add(format_args!("</ul></div>"));
+    let at = page.say_with("page-happened-at", &[("times", &times.join(", "))]);
+    page.add(format_args!("<p>{at}</p></div>"));
     let first = lesson.alarms.first().copied().unwrap_or(0);
     let picture = it
         .alarms
@@ -148,12 +149,18 @@ pub(super) fn clock(seconds: f64) -> String {
     format!("{}:{:02}", seconds / 60, seconds % 60)
 }
 
+/// A text as one word of a shell.
+#[must_use]
+pub fn in_shell(text: &str) -> String {
+    format!("'{}'", text.replace('\'', "'\\''"))
+}
+
 /// Command that replays a session from a little before this moment: what led to an error teaches
 /// more than what followed.
 pub(super) fn replay_command(session: &str, session_s: f64) -> String {
     let session_s = (session_s - LEAD_S).max(0.0);
-    let session = session.replace('\'', "'\\''");
-    format!("calot replay '{session}' --at {session_s:.1}")
+    let session = in_shell(session);
+    format!("calot replay {session} --at {session_s:.1}")
 }
 
 #[cfg(test)]
