@@ -69,6 +69,15 @@ fn live_and_recomputed_are_the_same_and_the_store_keeps_it() {
         page.contains("Free practice") && page.contains("<svg"),
         "the debrief has drawings"
     );
+    assert!(
+        page.contains(">Ada – ") && page.contains("href=\"report.html\""),
+        "the debrief names its trainee, and the page for technicians"
+    );
+    let technical = std::fs::read_to_string(out.join("report.html")).expect("a report");
+    assert!(
+        technical.contains("href=\"debrief.html\""),
+        "the page for technicians names the debrief"
+    );
     let ask = |words: &[&str]| {
         let output = finish(calot().args(["store", "--store", store_word]).args(words));
         assert!(output.status.success(), "{}", said(&output));

@@ -109,8 +109,9 @@ impl ReplayArgs {
     /// Playing time of the pictures, s, of a session of this length, s: what is left of it at this
     /// speed, unless the user names a time.
     pub(super) fn pictures_s(&self, length_s: f64) -> f64 {
-        let left_s = (length_s - self.start_s()).max(0.0) / self.speed;
-        self.seconds.unwrap_or(left_s)
+        let left_s = (length_s - self.start_s()) / self.speed;
+        // The show itself refuses a start after the end.
+        self.seconds.unwrap_or(left_s.max(1.0))
     }
 
     /// Start of the show in the session, s.

@@ -17,7 +17,7 @@ use std::process::ExitCode;
 use assess::report::{Past, learning_curve};
 use assess::{Difficulty, Metric, Outcome, Rules, Task};
 use display_host::words::{Language, Words};
-use store::{Consent, Hand, OtherOwner, SessionRecord, Sheet, Store, StoreError};
+use store::{Consent, OtherOwner, SessionRecord, Sheet, Store, StoreError};
 
 use self::args::{StoreArgs, StoreCommand, Table, joined};
 use self::left_out::LeftOut;
@@ -474,7 +474,7 @@ pub(crate) fn past(
 #[cfg(test)]
 mod tests {
     use assess::{Anatomy, Assessment};
-    use store::Circumstances;
+    use store::{Circumstances, Hand};
 
     use super::*;
 
