@@ -121,10 +121,27 @@ pub(crate) fn case(scene: &str) -> Option<Case> {
     })
 }
 
-/// Prepares every level of detail, finest first.
+/// Prepares every level of detail, finest first. The progress runs once from 0 to 100 %.
 pub(crate) fn levels(recipe: &Recipe) -> Result<Vec<Prepared>, Problem> {
-    let levels = (0..recipe.levels()).map(|level| prepare(&recipe.level(level)));
-    levels.collect()
+    let levels = (0..recipe.levels()).map(|level| recipe.level(level));
+    let levels: Vec<Recipe> = levels.collect();
+    let spheres = |it: &Recipe| it.organs.iter().map(|organ| organ.spheres).sum();
+    let spheres: Vec<usize> = levels.iter().map(spheres).collect();
+    let each = levels.iter().zip(parts(&spheres));
+    each.map(|(level, part)| prepare_part(level, part))
+        .collect()
+}
+
+/// Beginning and end of each level's part of the progress, 0..=1, by the level's spheres.
+fn parts(spheres: &[usize]) -> Vec<[f64; 2]> {
+    let all = spheres.iter().sum::<usize>().max(1) as f64;
+    let mut end = 0;
+    let part = |it: &usize| {
+        let begin = end;
+        end += it;
+        [begin as f64 / all, end as f64 / all]
+    };
+    spheres.iter().map(part).collect()
 }
 
 /// Writes the levels to one file.
@@ -136,6 +153,11 @@ pub(crate) fn write(levels: &[Prepared], path: &Path) -> Result<(), Problem> {
 
 /// Prepares a scene. Shows progress on standard error, after 1 s and then every 0.5 s.
 pub(crate) fn prepare(recipe: &Recipe) -> Result<Prepared, Problem> {
+    prepare_part(recipe, [0.0, 1.0])
+}
+
+/// Prepares a scene as [`prepare`] does. It is the part `begin` to `end` of the whole progress.
+fn prepare_part(recipe: &Recipe, [begin, end]: [f64; 2]) -> Result<Prepared, Problem> {
     let start = std::time::Instant::now();
     let mut said = std::time::Duration::from_millis(500);
     Ok(scene_prepare::prepare(
@@ -143,7 +165,8 @@ pub(crate) fn prepare(recipe: &Recipe) -> Result<Prepared, Problem> {
         &mut |Progress { doing, done }| {
             let elapsed = start.elapsed();
             if elapsed >= said + std::time::Duration::from_millis(500) {
-                say::note(format_args!("preparing {:3.0} %  {doing}", done * 100.0));
+                let percent = 100.0 * (begin + (end - begin) * done);
+                say::note(format_args!("preparing {percent:3.0} %  {doing}"));
                 said = elapsed;
             }
         },
@@ -165,6 +188,15 @@ mod tests {
         let usual = recipe("triangle", None, &MeshOptions::default()).unwrap();
         let variant = recipe("triangle-variant", None, &MeshOptions::default()).unwrap();
         assert_ne!(usual.organs, variant.organs);
+    }
+
+    #[test]
+    fn the_progress_of_the_levels_never_goes_back() {
+        let parts = parts(&[400, 200, 100]);
+        assert_eq!(parts[0][0], 0.0);
+        assert!((parts[2][1] - 1.0).abs() < 1e-12);
+        assert!(parts.windows(2).all(|it| it[0][1] == it[1][0]));
+        assert!((parts[0][1] - 4.0 / 7.0).abs() < 1e-12);
     }
 
     #[test]

@@ -348,6 +348,7 @@ station-file-unread = { $path } lässt sich nicht lesen: { $problem }
 station-file-wrong = { $path }, Zeile { $line }: { $problem }
 
 ## Während operiert wird
+running-preparing = Die Organe werden vorbereitet: { $percent } %
 running-title = Die Operation läuft
 running-ending = Die Operation wird beendet
 running-note = Die Operation hat ein eigenes Fenster; dort beendet Esc sie. Danach erscheint hier die Nachbesprechung.

@@ -348,6 +348,7 @@ station-file-unread = { $path } cannot be read: { $problem }
 station-file-wrong = { $path }, line { $line }: { $problem }
 
 ## While an operation runs
+running-preparing = The organs are being prepared: { $percent } %
 running-title = Operation in progress
 running-ending = Ending the operation
 running-note = The operation has its own window; press Esc there to end it. The debrief then appears here.

@@ -4,6 +4,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use display_host::ui::launcher::{Running, Screen, StartForm};
+use display_host::words::Words;
 
 use super::operation::Operation;
 use super::{Desk, choices, problem};
@@ -150,9 +151,30 @@ impl Desk {
             said: operation
                 .last_lines()
                 .pop()
-                .filter(|it| it.starts_with(PREPARING)),
+                .and_then(|it| preparing(&self.view.words, &it)),
             ending: operation.is_ending(),
             overdue: operation.is_overdue(),
         });
+    }
+}
+
+/// Progress of the preparation in the trainee's language. `None`: the line says something else.
+fn preparing(words: &Words, line: &str) -> Option<String> {
+    let (percent, _) = line.strip_prefix(PREPARING)?.split_once('%')?;
+    Some(words.say_with("running-preparing", &[("percent", percent.trim().into())]))
+}
+
+#[cfg(test)]
+mod tests {
+    use display_host::words::Language;
+
+    use super::*;
+
+    #[test]
+    fn the_preparation_is_told_in_the_trainee_s_language_without_the_spheres() {
+        let german = Words::new(Language::German);
+        let said = preparing(&german, "preparing  35 %  liver: packing 200 spheres");
+        assert_eq!(said.as_deref(), Some("Die Organe werden vorbereitet: 35 %"));
+        assert_eq!(preparing(&german, "wrote out/summary.json"), None);
     }
 }
