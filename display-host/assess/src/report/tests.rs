@@ -359,8 +359,7 @@ fn injuries_rules_and_published_values_stand_with_their_source() {
 #[test]
 fn an_unfinished_task_says_why_it_has_no_points_and_names_each_step_once() {
     let open = chapter("a");
-    let steps = open.assessed.steps.iter().map(|(step, _)| step.to_string());
-    let last = steps.last().unwrap();
+    let last = open.assessed.steps.last().unwrap().0.to_string();
     let page = html(&[open], &Ids);
     assert!(page.contains("page-unfinished score=100"), "{page}");
     // The advice about the first open step names it, too.

@@ -92,7 +92,7 @@ pub(super) fn run(
         };
         let watched = match args.frames {
             Some(frames) => {
-                let seconds = args.pictures_s(length_s(played));
+                let seconds = args.pictures_s(length_s(player.session));
                 say::note(format_args!(
                     "{frames} pictures over {seconds:.0} s of playing; --speed and --seconds shorten it"
                 ));
