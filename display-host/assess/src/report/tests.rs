@@ -383,7 +383,7 @@ fn a_debrief_names_its_trainee_and_the_page_for_technicians() {
     assert!(named.contains("<p class=\"lead\">&lt;Lea&gt; – 2026-11-22"));
     assert!(named.contains("page-technical <a href=\"report.html\">"));
     let nobody = of(None);
-    assert!(!nobody.contains("Lea") && !nobody.contains("page-technical"));
+    assert!(!nobody.contains("Lea&gt;") && !nobody.contains("page-technical"));
 }
 
 #[test]
