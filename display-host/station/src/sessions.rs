@@ -3,10 +3,11 @@
 
 use std::path::{Path, PathBuf};
 
+use store::SessionRecord;
+
 use crate::args::StoreFile;
 use crate::home;
 use crate::problem::Problem;
-use crate::store::folder_of;
 
 /// Folder in which `calot start` keeps the sessions, if there is a home folder.
 pub(crate) fn folder() -> Option<PathBuf> {
@@ -50,6 +51,17 @@ fn find_within(
     .into())
 }
 
+/// Folder of a stored session's recording, or the file if it lies in no folder of its own. `None`:
+/// the session has no recording.
+fn folder_of(session: &SessionRecord) -> Option<PathBuf> {
+    let file = PathBuf::from(session.file.as_ref()?);
+    let is_own = file.file_name().is_some_and(|it| it == "session.mcap");
+    match file.parent().filter(|_| is_own) {
+        Some(folder) if !folder.as_os_str().is_empty() => Some(folder.to_owned()),
+        _ => Some(file),
+    }
+}
+
 fn gone(id: &str, file: Option<&str>) -> String {
     let where_from = file.map_or_else(
         || "was stored without a recording".to_owned(),
@@ -77,7 +89,7 @@ fn unknown(name: &str, sessions: Option<&Path>) -> String {
 mod tests {
     use std::collections::BTreeMap;
 
-    use store::{Circumstances, Hand, SessionRecord, Store};
+    use store::{Circumstances, Hand, Store};
 
     use super::*;
 

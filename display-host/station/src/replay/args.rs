@@ -23,8 +23,8 @@ Examples:
   calot replay out/session.mcap --what-if triangle-variant --out what-if
   calot replay out/session.mcap --what-if-iterations 10 --out what-if   the paper's solver")]
 pub(crate) struct ReplayArgs {
-    /// Recorded session (.mcap), the folder of its run, or a session's id as `calot store list NAME`
-    /// prints it
+    /// Recorded session (.mcap), the folder of its run, or a session's id as `calot store list
+    /// NAME` prints it
     #[arg(value_name = "SESSION")]
     pub(crate) session: PathBuf,
     /// Run the session on this compiled scene (.calot) instead of its own; both must be equal. With

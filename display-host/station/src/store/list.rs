@@ -1,7 +1,5 @@
 //! `calot store list`: all trainees, or the sessions of one.
 
-use std::path::PathBuf;
-
 use store::{Hand, SessionRecord, Store, StoreError, Trainee};
 
 use crate::args::StoreFile;
@@ -87,17 +85,6 @@ fn next_steps(id: &str) -> String {
         "`calot replay {id} --show` shows a session, `calot report {id}` writes its debrief, `calot store sheet {id}` \
          takes an instructor's points"
     )
-}
-
-/// Folder of a stored session's recording, or the file if it lies in no folder of its own. `None`:
-/// the session has no recording.
-pub(crate) fn folder_of(session: &SessionRecord) -> Option<PathBuf> {
-    let file = PathBuf::from(session.file.as_ref()?);
-    let is_own = file.file_name().is_some_and(|it| it == "session.mcap");
-    match file.parent().filter(|_| is_own) {
-        Some(folder) if !folder.as_os_str().is_empty() => Some(folder.to_owned()),
-        _ => Some(file),
-    }
 }
 
 #[cfg(test)]

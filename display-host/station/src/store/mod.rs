@@ -21,7 +21,6 @@ use store::{Consent, OtherOwner, SessionRecord, Sheet, Store, StoreError};
 
 use self::args::{StoreArgs, StoreCommand, Table, joined};
 use self::left_out::LeftOut;
-pub(crate) use self::list::folder_of;
 use self::record::circumstances_beside;
 pub(crate) use self::record::{Made, circumstances_of, record};
 use crate::args::{LanguageName, NewTrainee, StoreFile};
