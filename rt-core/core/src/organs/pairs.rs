@@ -23,6 +23,7 @@ use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
 use crate::organs::grid::Grid;
 use crate::scene::Scene;
+use crate::time::TICK_S;
 use crate::tissue::Bodies;
 use crate::tissue::per_sphere::PerSphere;
 
@@ -195,11 +196,9 @@ impl Pairs {
                     }
                     if let Some(pair) = near_pair(bodies, &self.reach_m, a.min(b), a.max(b)) {
                         faults.raise_if(self.next.push(pair).is_err(), Fault::PairOverflow);
-                        if bodies.organ.at(a) != bodies.organ.at(b) {
-                            // The pair is also used at once. A pair that is listed twice is solved
-                            // once.
-                            let _ = self.current.push(pair);
-                        }
+                        // The pair is also used at once. A pair that is listed twice is solved
+                        // once.
+                        let _ = self.current.push(pair);
                     }
                 }
             }
@@ -225,8 +224,13 @@ fn near_pair(bodies: &Bodies, reach_m: &PerSphere<f32>, a: u32, b: u32) -> Optio
     let mut apart_m = reach.min(math::sqrt(at_rest_squared));
     if bodies.organ.at(a) == bodies.organ.at(b) {
         let was_apart = at_rest_squared >= reach * reach;
-        let may_close = squared < LISTED_SHARE_OF_REST * at_rest_squared;
         apart_m = apart_m.min(APART_SHARE_OF_REST * math::sqrt(at_rest_squared));
+        // Until its next search ends, a pair moves for two cycles at most.
+        let speed_m_s = math::norm(&(node_a.velocity_m_s() - node_b.velocity_m_s()));
+        let travel_m = (speed_m_s * (2 * CYCLE_TICKS) as f32 * TICK_S).min(MARGIN_M);
+        let may_come = squared < (apart_m + travel_m) * (apart_m + travel_m);
+        let is_pressed = squared < LISTED_SHARE_OF_REST * at_rest_squared;
+        let may_close = is_pressed || may_come;
         let linked = || bodies.adjacency.of(a).iter().any(|&n| u32::from(n) == b);
         if !was_apart || !may_close || linked() {
             return None;
