@@ -1,4 +1,4 @@
-//! Every screen in every language at six sizes: nothing is cut off, and nothing over the picture
+//! Every screen in every language at seven sizes: nothing is cut off, and nothing over the picture
 //! covers another thing. `SCREENS=DIR cargo test -p display-host --test all screens` also draws the
 //! screens into the folder, to be looked at.
 
@@ -26,10 +26,11 @@ use shared_mem::words::ActKind;
 use crate::feel::views;
 
 /// Width and height, pixels; size of the text, per cent.
-const SIZES: [[u16; 3]; 6] = [
+const SIZES: [[u16; 3]; 7] = [
     [800, 600, 100],
     [800, 600, 200],
     [1280, 720, 100],
+    [1280, 720, 150],
     [1280, 720, 200],
     [1920, 1080, 80],
     [3840, 2160, 200],
@@ -324,6 +325,25 @@ fn screens() -> Vec<(&'static str, Shown)> {
         ("task", with(|_| ())),
         ("task-in-hand", with(|state| state.in_hand = true)),
         (
+            "task-noted",
+            with(|state| {
+                state.in_hand = true;
+                state.note = Some(state.words.say("note-jaws-empty"));
+                state.tip_away = Some([0.2, -0.9]);
+            }),
+        ),
+        (
+            "watched",
+            with(|state| (state.watched, state.simulated) = (true, [true; 3])),
+        ),
+        (
+            "task-invites",
+            with(|state| {
+                state.simulated = [true; 3];
+                state.alarm_is_old = true;
+            }),
+        ),
+        (
             "task-alarm",
             with(|state| state.alarm = Some("the handle was too fast".into())),
         ),
@@ -397,6 +417,7 @@ fn screens() -> Vec<(&'static str, Shown)> {
             "replay",
             with(|state| {
                 state.task_view = None;
+                state.replayed_task = Some("clamp".into());
                 state.replay = Some(ReplayView {
                     at_s: 65.0,
                     length_s: 130.0,
