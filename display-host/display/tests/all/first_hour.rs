@@ -125,7 +125,7 @@ fn no_size_of_text_lets_the_cards_cover_one_another_or_much_of_the_picture() {
                         },
                         ..Settings::default()
                     });
-                    let desk = window(state, size);
+                    let mut desk = window(state, size);
                     let place = format!("{name} {language:?} {size:?} {percent} % {in_hand}");
                     let name_of_picture = Words::new(language).say("picture-alt");
                     let picture = desk.get_by_label(&name_of_picture).rect();
@@ -139,6 +139,13 @@ fn no_size_of_text_lets_the_cards_cover_one_another_or_much_of_the_picture() {
                         covered < 0.3,
                         "{place}: {covered} by {cards:?} of {picture}"
                     );
+                    if let Some(out) = std::env::var_os("SCREENS").filter(|_| in_hand) {
+                        let out = std::path::PathBuf::from(out);
+                        std::fs::create_dir_all(&out).expect("the folder of SCREENS");
+                        let file = format!("hour-{name}-{language:?}-{}-{percent}.png", size[0]);
+                        let picture = desk.render().expect("a driver draws it");
+                        picture.save(out.join(file)).expect("a file in SCREENS");
+                    }
                     for (i, (one, rect)) in cards.iter().enumerate() {
                         for (other, beside) in &cards[..i] {
                             let common = rect.intersect(*beside);

@@ -28,6 +28,9 @@ const TIME_WIDTH_POINTS: f32 = 140.0;
 /// Width below which a picture is tight, points, as with large text. The cards then show only time,
 /// next step and result, and the alarm if the panel does not show it.
 const TIGHT_WIDTH_POINTS: f32 = 480.0;
+/// Width of the picture, points, below which the panel beside it shows what the cards would cover,
+/// as with text of 125 % in a window of 1280 pixels.
+const FOLDED_WIDTH_POINTS: f32 = 760.0;
 /// Width of the picture, points, below which a result or pause in the middle replaces the other
 /// cards, because it would cover them.
 const NARROW_WIDTH_POINTS: f32 = 900.0;
@@ -90,7 +93,9 @@ fn stands(ui: &Ui, place: Rect, state: &UiState, task: &TaskView) {
         if is_tight(place) || is_guided {
             return;
         }
-        ui.label(task::title(words, task));
+        if state.panel_hidden {
+            ui.label(task::title(words, task));
+        }
         let Some(tools) = tools else { return };
         big(ui, &words.say(instrument_id(tools.instrument)));
         if !tools.has(Instrument::Irrigator) {
@@ -298,7 +303,7 @@ pub(super) fn fitting(ui: &mut Ui, place: Rect) {
 
 /// True if the picture leaves to the panel beside it what the panel shows.
 fn is_folded(place: Rect, state: &UiState) -> bool {
-    place.width() < NARROW_WIDTH_POINTS && !state.panel_hidden
+    place.width() < FOLDED_WIDTH_POINTS && !state.panel_hidden
 }
 
 pub(super) fn is_tight(place: Rect) -> bool {
