@@ -97,7 +97,11 @@ impl Basics {
 
     /// The running hold of the first step.
     pub(crate) fn hold(&self, look_s: f64) -> Hold {
-        self.timer.hold(look_s)
+        let hold = self.timer.hold(look_s);
+        Hold {
+            lack: hold.lack.or((!self.is_led).then_some(Lack::Unled)),
+            ..hold
+        }
     }
 
     /// Takes an event.

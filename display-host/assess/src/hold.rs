@@ -40,6 +40,8 @@ pub enum Lack {
     Sway,
     /// The horizon is tilted.
     Tilt,
+    /// Nobody has moved the endoscope yet, so the picture is nobody's work.
+    Unled,
 }
 
 /// State of a running hold.

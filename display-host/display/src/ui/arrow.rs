@@ -1,6 +1,6 @@
 //! Arrow at the rim of the endoscope's picture towards an instrument that is out of view.
 
-use egui::{Color32, Context, Id, LayerId, Order, Pos2, Rect, Shape, Stroke, vec2};
+use egui::{Color32, Id, LayerId, Order, Pos2, Rect, Shape, Stroke, Ui, vec2};
 use glam::Vec3;
 use shared_mem::message::{CapsuleMsg, ToolFrame};
 use shared_mem::words::CapsuleRole;
@@ -10,7 +10,19 @@ use crate::render::camera::Scope;
 /// Distance of the arrow from the picture's middle, as a share of half the picture's height.
 const AT: f32 = 0.74;
 /// Length of the arrow, as a share of half the picture's height.
-const LENGTH: f32 = 0.14;
+const LENGTH: f32 = 0.18;
+/// Length and width of the arrow's head, as shares of half the picture's height. The head is longer
+/// than wide, so that its direction is seen at a glance.
+const HEAD: [f32; 2] = [0.11, 0.08];
+/// Widths of the arrow's shaft and of its dark edge, points.
+const SHAFT_POINTS: f32 = 5.0;
+const EDGE_POINTS: f32 = 1.5;
+/// Step by which the arrow moves towards the picture's middle until no card covers it, and the
+/// largest number of steps.
+const STEP: f32 = 0.06;
+const STEPS: u8 = 8;
+/// Cards over the picture.
+const CARDS: [&str; 4] = ["hud", "hud foot", "hud alarm", "act"];
 
 /// Direction in the picture (right, up) towards the instrument's tips. `None` if the tips are in
 /// view or unknown.
@@ -44,21 +56,43 @@ fn is_tip(capsule: &CapsuleMsg) -> bool {
     .any(|role| capsule.is(role))
 }
 
-/// Draws the arrow over the picture and its cards.
-pub(super) fn paint(context: &Context, picture: Rect, [right, up]: [f32; 2]) {
-    let layer = LayerId::new(Order::Foreground, Id::unique("arrow to the instrument"));
-    let painter = context.layer_painter(layer);
+/// Draws the arrow over the picture, below the cards and beside them.
+pub(super) fn paint(ui: &Ui, picture: Rect, [right, up]: [f32; 2]) {
+    let painter = ui.painter().with_clip_rect(picture);
     let unit = 0.5 * picture.height();
     let along = vec2(right, -up);
     let aside = vec2(along.y, -along.x);
-    let head = picture.center() + along * unit * (AT + LENGTH);
-    let corner = |side: f32| -> Pos2 {
-        picture.center() + along * unit * AT + aside * side * 0.5 * LENGTH * unit
+    let cards = cards(ui);
+    let ends = |at: f32| [at, at + LENGTH].map(|it| picture.center() + along * unit * it);
+    let is_free = |at: &f32| {
+        let room = Rect::from_points(&ends(*at)).expand(0.5 * HEAD[1] * unit);
+        !cards.iter().any(|card| card.intersects(room))
     };
+    let places = (0..=STEPS).map(|step| AT - STEP * f32::from(step));
+    let [tail, head] = ends(places.into_iter().find(is_free).unwrap_or(AT));
+    let neck = head - along * HEAD[0] * unit;
+    let corner = |side: f32| -> Pos2 { neck + aside * side * 0.5 * HEAD[1] * unit };
     let corners = vec![head, corner(1.0), corner(-1.0)];
     // White with a dark edge stands out from any tissue.
-    let edge = Stroke::new(2.5, Color32::BLACK);
-    painter.add(Shape::convex_polygon(corners, Color32::WHITE, edge));
+    for (colour, edge) in [(Color32::BLACK, EDGE_POINTS), (Color32::WHITE, 0.0)] {
+        let width = SHAFT_POINTS + 2.0 * edge;
+        painter.line_segment([tail, neck], Stroke::new(width, colour));
+        let edge = Stroke::new(2.0 * edge, Color32::BLACK);
+        painter.add(Shape::convex_polygon(corners.clone(), colour, edge));
+    }
+}
+
+/// Rectangles of the cards over the picture.
+fn cards(ui: &Ui) -> Vec<Rect> {
+    ui.memory(|memory| {
+        let seen = CARDS.into_iter().filter_map(|name| {
+            let id = Id::unique(name);
+            let layer = LayerId::new(Order::Middle, id);
+            let is_seen = memory.areas().visible_last_frame(&layer);
+            memory.area_rect(id).filter(|_| is_seen)
+        });
+        seen.collect()
+    })
 }
 
 #[cfg(test)]

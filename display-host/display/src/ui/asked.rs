@@ -61,6 +61,19 @@ pub enum Asked {
 }
 
 impl Asked {
+    /// True if the request leads the instrument or restarts the task. In a replay the recorded
+    /// hand leads.
+    const fn leads(self) -> bool {
+        matches!(
+            self,
+            Self::Reset
+                | Self::Again
+                | Self::EnableForce(_)
+                | Self::Instrument(_)
+                | Self::ToggleHand
+        )
+    }
+
     /// True if the request commands the controller. An instructor's display may not command it,
     /// because the station decides on an instructor's acts.
     #[must_use]
@@ -157,8 +170,13 @@ pub(super) fn keys(ui: &Ui, state: &UiState) -> Vec<Asked> {
             .filter(|&(key, _)| input.key_pressed(key))
             .map(|(_, asked)| asked)
             .filter(|asked| !(state.instructor && asked.reaches_in()))
-            // An exchange would release tissue, and nothing may change in a pause.
-            .filter(|asked| !(state.is_paused() && matches!(asked, Asked::Instrument(_))))
+            // An exchange would release tissue, and nothing may change in a pause. The expert
+            // chooses the instruments that it uses.
+            .filter(|asked| {
+                let is_closed = state.is_paused() || state.watched;
+                !(is_closed && matches!(asked, Asked::Instrument(_)))
+            })
+            .filter(|asked| state.replay.is_none() || !asked.leads())
             .collect()
     })
 }

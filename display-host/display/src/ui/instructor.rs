@@ -78,7 +78,7 @@ fn assessment(ui: &mut Ui, state: &UiState, bulletin: &Bulletin) {
     let words = &state.words;
     let difficulty = words.say(&format!("difficulty-{}", bulletin.difficulty));
     ui.label(words.say_with("observe-difficulty", &[("difficulty", difficulty.into())]));
-    task::show(ui, words, &bulletin.task);
+    task::show(ui, words, &bulletin.task, state.alarm_is_old);
     ui.separator();
     ui.label(RichText::new(words.say("observe-alarms")).strong());
     if bulletin.alarms.is_empty() {

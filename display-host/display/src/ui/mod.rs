@@ -4,9 +4,11 @@ mod acts;
 mod alarms;
 mod arrow;
 mod asked;
+mod current;
 pub mod feel;
 mod health;
 mod instructor;
+mod keys;
 pub mod launcher;
 mod names;
 mod overlay;
@@ -130,6 +132,18 @@ pub struct UiState {
     pub quality: [usize; 2],
     /// True while mouse and keyboard lead the instrument.
     pub in_hand: bool,
+    /// Pedals that mouse and keyboard press, once they must act.
+    pub pressed: Switches,
+    /// True if the scripted expert leads the instrument, and the user watches.
+    pub watched: bool,
+    /// For haptic device, tracker and pedal: true if it is simulated.
+    pub simulated: [bool; 3],
+    /// Name of the task of a replayed session, if known.
+    pub replayed_task: Option<String>,
+    /// A sentence to the trainee that is no alarm and ends by itself.
+    pub note: Option<String>,
+    /// True once the task's newest alarm is so old that it leaves the picture.
+    pub alarm_is_old: bool,
     /// True while the panel is hidden.
     pub panel_hidden: bool,
     /// Words in the user's language.
@@ -149,6 +163,22 @@ impl UiState {
             ("device-tracker", health(1)),
             ("device-pedal", health(2)),
         ]
+    }
+
+    /// Name of the scene in the user's language. A scene that has no message keeps its own name.
+    fn scene_said(&self) -> String {
+        let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
+        let scene: String = self.scene.chars().map(plain).collect();
+        let id = format!("scene-{scene}");
+        let said = self.words.say(&id);
+        if said == id { self.scene.clone() } else { said }
+    }
+
+    /// True if mouse and keyboard can lead the instrument, and nobody leads it yet.
+    fn may_take_hand(&self) -> bool {
+        let [handle, _, _] = self.simulated;
+        let is_free = !self.in_hand && !self.watched && !self.instructor;
+        handle && is_free && self.replay.is_none() && !self.is_paused()
     }
 
     /// Applies these settings.

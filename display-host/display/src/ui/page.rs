@@ -11,17 +11,39 @@ const LOW: f32 = 420.0;
 /// Number of the buttons that stay visible in a low window.
 const STAYING: usize = 2;
 
+/// Name of a screen. The content scrolls to its top if the name changes.
+#[derive(Debug, Clone, Copy, Hash)]
+pub(super) struct Name<'a> {
+    /// Name of the kind of screen, for the focus.
+    pub(super) screen: &'static str,
+    /// The thing that is shown, such as a session.
+    pub(super) of: &'a str,
+    /// Result of the last request, which stands beside the buttons.
+    pub(super) notice: Option<&'a str>,
+}
+
+impl From<&'static str> for Name<'_> {
+    fn from(screen: &'static str) -> Self {
+        Self {
+            screen,
+            of: "",
+            notice: None,
+        }
+    }
+}
+
 /// Shows a screen: its content, and below it the buttons, which are always visible. In a low window
 /// only the first [`STAYING`] buttons are always visible, and the others follow the content. Enter
 /// presses the button with the index `meant`, if any, unless another widget has the focus.
-pub(super) fn screen<Wish: Clone>(
+pub(super) fn screen<'a, Wish: Clone>(
     ui: &mut Ui,
-    name: &'static str,
+    name: impl Into<Name<'a>>,
     meant: Option<usize>,
     buttons: &[(String, Wish)],
     wishes: &mut Vec<Wish>,
     add: impl FnOnce(&mut Ui, &mut Vec<Wish>),
 ) {
+    let name = name.into();
     // The default button of a new screen gets the focus in its first frame, and acts on keys from
     // the next frame on. Until then this code handles Enter.
     let none_chosen = ui.memory(|memory| memory.focused().is_none());
@@ -40,14 +62,19 @@ pub(super) fn screen<Wish: Clone>(
         .resizable(false)
         .show(ui, |ui| {
             legible(ui);
+            if let Some(notice) = name.notice {
+                ui.add_space(6.0);
+                ui.label(RichText::new(notice).italics());
+            }
             ui.add_space(10.0);
             // Each screen has widget ids of its own, so that the previous screen's focus does not
             // carry over.
-            ui.push_id(name, |ui| row(ui, staying, meant, wishes));
+            ui.push_id(name.screen, |ui| row(ui, staying, meant, wishes));
             ui.add_space(6.0);
         });
     egui::CentralPanel::default().show(ui, |ui| {
-        egui::ScrollArea::vertical().id_salt(name).show(ui, |ui| {
+        let salt = (name.screen, name.of);
+        egui::ScrollArea::vertical().id_salt(salt).show(ui, |ui| {
             legible(ui);
             ui.set_width(ui.available_width());
             add(ui, wishes);

@@ -9,7 +9,8 @@ use super::screens;
 use super::station::{controller, devices, passes, ticks};
 use super::widgets::{CARE, Mark, fine, folded, line, sized};
 use super::{
-    Asked, Link, UiState, alarms, asked, instructor, instrument_id, recording, replay, task, theme,
+    Asked, Link, UiState, alarms, asked, current, instructor, instrument_id, keys, recording,
+    replay, task, theme,
 };
 
 /// Width of the panel as a share of the window's width.
@@ -44,9 +45,11 @@ pub fn ui(ui: &mut Ui, state: &UiState) -> (Vec<Asked>, Option<[u32; 2]>) {
         .max_size(0.5 * width)
         .show(ui, |ui| {
             sized(ui, TEXT_POINTS);
+            let height = ui.available_height();
+            keys::foot(ui, state);
             egui::ScrollArea::vertical().show(ui, |ui| match state.instructor {
                 true => instructor::show(ui, state, &mut asked),
-                false => panel(ui, state, &mut asked),
+                false => panel(ui, state, height, &mut asked),
             });
         });
     }
@@ -114,15 +117,10 @@ fn waiting(state: &UiState) -> String {
     }
 }
 
-fn panel(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
+fn panel(ui: &mut Ui, state: &UiState, height: f32, asked: &mut Vec<Asked>) {
     let words = &state.words;
-    ui.heading(&state.scene);
-    match &state.task_view {
-        Some(view) => task::show(ui, words, view),
-        None => {
-            ui.label(&state.task);
-        }
-    }
+    head(ui, state);
+    keys::among(ui, state, height);
     let is_engineering = state.overlay.is_some();
     alarms::show(ui, state, is_engineering, asked);
     too_slow(ui, state);
@@ -138,8 +136,11 @@ fn panel(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     }
     devices(ui, state, is_engineering);
     ui.separator();
-    instruments(ui, state, asked);
-    ui.separator();
+    // A replay shows the recorded hand, which nobody can lead.
+    if state.replay.is_none() {
+        instruments(ui, state, asked);
+        ui.separator();
+    }
     scope(ui, state, asked);
     ui.separator();
     switches(ui, state, asked);
@@ -154,6 +155,29 @@ fn panel(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     ] {
         if ui.button(words.say(text)).clicked() {
             asked.push(what);
+        }
+    }
+}
+
+/// Names the scene and the task, with the task's state; in a replay, the recorded task.
+fn head(ui: &mut Ui, state: &UiState) {
+    let words = &state.words;
+    if state.replay.is_some() {
+        ui.heading(words.say("replay-title"));
+        if let Some(task) = &state.replayed_task {
+            ui.label(RichText::new(words.say(&format!("task-{task}"))).strong());
+        }
+        ui.label(state.scene_said());
+        return;
+    }
+    ui.heading(state.scene_said());
+    if state.watched {
+        line(ui, Mark::Good, &words.say("watched"));
+    }
+    match &state.task_view {
+        Some(view) => task::show(ui, words, &task::with_tool(state, view), state.alarm_is_old),
+        None => {
+            ui.label(&state.task);
         }
     }
 }
@@ -193,11 +217,24 @@ fn instruments(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     ui.label(words.say("instrument"));
     for number in Instrument::ALL.map(Instrument::number) {
         let text = format!("{} ({})", words.say(instrument_id(number)), number + 1);
-        // An exchange would release tissue, and nothing may change in a pause.
+        // An exchange would release tissue, and nothing may change in a pause. The expert chooses
+        // the instruments of an operation that the trainee watches.
         let button = egui::Button::selectable(held == Some(number), text);
-        if ui.add_enabled(!state.is_paused(), button).clicked() {
+        let is_open = !state.is_paused() && !state.watched;
+        if ui.add_enabled(is_open, button).clicked() {
             asked.push(Asked::Instrument(number));
         }
+    }
+    // In a narrow picture these lines leave the picture to the organs.
+    if let Some(tools) = state
+        .tools
+        .as_ref()
+        .filter(|it| !it.has(Instrument::Irrigator))
+    {
+        let clips = tools.clips_left.to_string().into();
+        let clips = words.say_with("hud-clips", &[("count", clips)]);
+        let current = words.say(current::message(state, tools));
+        ui.label(RichText::new(format!("{clips} · {current}")).weak());
     }
 }
 
@@ -254,7 +291,8 @@ fn switches(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
         if ui.button(pause).clicked() {
             asked.push(Asked::Pause(!paused));
         }
-        if ui.button(words.say("switch-reset")).clicked() {
+        let is_replay = state.replay.is_some();
+        if !is_replay && ui.button(words.say("switch-reset")).clicked() {
             asked.push(Asked::Reset);
         }
         let engineering = words.say("switch-engineering");
@@ -264,8 +302,11 @@ fn switches(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
         {
             asked.push(Asked::ToggleEngineering);
         }
+        if is_replay {
+            return;
+        }
         let hand = either(state.in_hand, "switch-hand-off", "switch-hand");
-        if ui.selectable_label(state.in_hand, hand).clicked() {
+        if !state.watched && ui.selectable_label(state.in_hand, hand).clicked() {
             asked.push(Asked::ToggleHand);
         }
         let force = either(forced, "switch-force-off", "switch-force");

@@ -1,6 +1,6 @@
 //! Panel of a replay: position, and navigation.
 
-use egui::{Key, Slider, Ui};
+use egui::{Key, RichText, Slider, Ui};
 
 use super::acts::message;
 use super::task::minutes;
@@ -56,6 +56,7 @@ pub(super) fn show(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
         ("length", time(view.end_s()).into()),
     ];
     ui.label(words.say_with("replay-at", &values));
+    ui.label(RichText::new(words.say("replay-clock")).weak());
     // A dragged slider stays under the pointer. The session follows once the slider is released.
     let held = ui.scope_id().with("replay-slider");
     let dragged: Option<f64> = ui.data(|it| it.get_temp(held));

@@ -162,25 +162,27 @@ impl Scene {
         self.line([[-0.95, height - 0.08], [0.95, height + 0.08]], 0.2, DUCT);
     }
 
-    /// An instrument from the lower right, with jaws opened by `open`.
+    /// An instrument from the upper right, as in the endoscope's picture, with jaws opened by
+    /// `open`.
     fn jaws(&self, tip: [f32; 2], open: f32, colour: Color32) {
         let [x, y] = tip;
-        self.line([[x + 0.9, y - 0.9], [x + 0.16, y - 0.16]], 0.09, METAL);
+        self.line([[x + 0.9, y + 0.9], [x + 0.16, y + 0.16]], 0.09, METAL);
         let spread = 0.14 * open;
-        let joint = [x + 0.16, y - 0.16];
-        self.line([joint, [x - spread, y + spread * 0.4 - 0.02]], 0.05, colour);
+        let joint = [x + 0.16, y + 0.16];
+        self.line([joint, [x - spread, y - spread * 0.4 + 0.02]], 0.05, colour);
         self.line(
-            [joint, [x + spread * 0.4 + 0.02, y + spread - 0.02]],
+            [joint, [x + spread * 0.4 + 0.02, y - spread + 0.02]],
             0.05,
             colour,
         );
     }
 
+    /// A hook from the upper right. Its bend lies under the strand at its tip.
     fn hook(&self, tip: [f32; 2]) {
         let [x, y] = tip;
-        self.line([[x + 0.9, y - 0.9], [x + 0.08, y - 0.1]], 0.08, METAL);
-        self.line([[x + 0.08, y - 0.1], [x - 0.06, y - 0.04]], 0.045, METAL);
-        self.line([[x - 0.06, y - 0.04], [x - 0.05, y + 0.07]], 0.045, METAL);
+        self.line([[x + 0.9, y + 0.9], [x + 0.08, y + 0.08]], 0.08, METAL);
+        self.line([[x + 0.08, y + 0.08], [x + 0.05, y - 0.06]], 0.045, METAL);
+        self.line([[x + 0.05, y - 0.06], [x - 0.07, y - 0.05]], 0.045, METAL);
     }
 
     fn spark(&self, at: [f32; 2], phase: f32) {
@@ -216,7 +218,7 @@ impl Scene {
                 self.organs([0.0, 0.25]);
                 let off = 1.0 - between(phase, 0.0, 0.55);
                 self.ring(between(phase, 0.55, 0.95));
-                self.jaws([0.55 * off, -0.5 * off], 0.3, METAL);
+                self.jaws([0.55 * off, 0.5 * off], 0.3, METAL);
             }
             Sketch::Grasp => self.grasp(phase),
             Sketch::Clip => self.clip(phase),
@@ -239,7 +241,7 @@ impl Scene {
         let goal = balls.get(number).copied().unwrap_or_default();
         let off = 1.0 - between(share, 0.0, 0.6) + between(share, 0.75, 1.0);
         self.jaws(
-            [goal[0] + 0.2 + 0.4 * off, goal[1] - 0.1 - 0.4 * off],
+            [goal[0] + 0.15 + 0.4 * off, goal[1] + 0.13 + 0.4 * off],
             0.0,
             METAL,
         );
@@ -252,7 +254,7 @@ impl Scene {
         let end = [0.1 + 0.18 * way, 0.45 - 0.6 * way];
         self.line([[-0.7, 0.5], [-0.3, 0.52]], 0.16, BAG);
         self.line([[-0.3, 0.52], end], 0.16, BAG);
-        let tip = [end[0] + 0.5 * (1.0 - near), end[1] - 0.5 * (1.0 - near)];
+        let tip = [end[0] + 0.5 * (1.0 - near), end[1] + 0.5 * (1.0 - near)];
         self.jaws(tip, 1.0 - shut, METAL);
     }
 
@@ -262,7 +264,7 @@ impl Scene {
         self.organs([0.0, 0.0]);
         let tip = [
             0.3 + 0.45 * (1.0 - near) + drawn,
-            0.05 - 0.5 * (1.0 - near) - drawn,
+            0.05 + 0.5 * (1.0 - near) + drawn,
         ];
         if drawn > 0.0 {
             self.line([[0.2, 0.08], tip], 0.16, BAG);
@@ -277,7 +279,7 @@ impl Scene {
         self.tube(0.05);
         let tip = [
             0.5 * (1.0 - near) + 0.6 * back,
-            0.1 - 0.55 * (1.0 - near) - 0.65 * back,
+            0.55 * (1.0 - near) + 0.65 * back,
         ];
         if shut > 0.5 {
             self.line([[0.0, -0.1], [0.04, 0.19]], 0.06, Color32::WHITE);
@@ -294,7 +296,7 @@ impl Scene {
             let y = 0.05 + 0.08 * x;
             self.line([[x, y - 0.14], [x + 0.03, y + 0.14]], 0.05, Color32::WHITE);
         }
-        let tip = [0.5 * (1.0 - near), 0.12 - 0.55 * (1.0 - near)];
+        let tip = [0.5 * (1.0 - near), 0.02 + 0.55 * (1.0 - near)];
         self.jaws(tip, 1.2 * (1.0 - shut), METAL);
     }
 
@@ -314,7 +316,7 @@ impl Scene {
             self.line([[0.0, height + by], [0.5, height]], 0.05, STRAND);
         }
         let away = 1.0 - near;
-        let tip = [0.4 * away, 0.16 * lift - 0.4 * away];
+        let tip = [0.4 * away, 0.16 * lift + 0.4 * away];
         self.hook(tip);
         if burns {
             self.spark([0.0, 0.18], phase);

@@ -24,12 +24,14 @@ pub(super) fn controller(ui: &mut Ui, state: &UiState) {
     line(ui, mark, &text);
 }
 
-/// Shows all devices if `all`, else only lost ones.
+/// Shows all devices if `all`, else only lost ones that somebody can plug in again.
 pub(super) fn devices(ui: &mut Ui, state: &UiState, all: bool) {
     let words = &state.words;
-    for (name, health) in state.devices() {
+    let is_there = state.simulated.map(|it| !it && state.replay.is_none());
+    for ((name, health), is_there) in state.devices().into_iter().zip(is_there) {
         let is_lost = health.is_some_and(|it| it.status == DeviceHealth::LOST);
-        if !all && !is_lost {
+        let is_shown = all || (is_lost && is_there);
+        if !is_shown {
             continue;
         }
         let (mark, text) = device(words, &words.say(name), health);

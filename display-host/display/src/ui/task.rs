@@ -1,9 +1,10 @@
 //! Task in the panel: time, steps, errors. Every state shows by a word or a shape, never by colour
 //! alone.
 
-use assess::{Hint, Hold, Reason, Step};
+use assess::{Advice, Hint, Hold, Reason, Step};
 use egui::{Color32, RichText, Ui};
 
+use super::UiState;
 use super::widgets::{Mark, line};
 use crate::words::Words;
 
@@ -92,7 +93,21 @@ pub(super) fn outcome(words: &Words, end: &TaskEnd) -> String {
     )
 }
 
-pub(super) fn show(ui: &mut Ui, words: &Words, task: &TaskView) {
+/// The task with a hint that fits the instrument in the hand. The assessor is a little later than
+/// the picture, and may still advise to take the instrument that is already there.
+pub(super) fn with_tool(state: &UiState, task: &TaskView) -> TaskView {
+    let mut task = task.clone();
+    if let (Some(hint), Some(tools)) = (&mut task.hint, &state.tools)
+        && let Advice::Take(instrument) = hint.advice
+        && instrument.number() == tools.instrument
+    {
+        hint.advice = Advice::Use(instrument);
+    }
+    task
+}
+
+/// Shows the task. An old alarm stands there without its red frame.
+pub(super) fn show(ui: &mut Ui, words: &Words, task: &TaskView, alarm_is_old: bool) {
     ui.label(RichText::new(title(words, task)).strong());
     ui.label(RichText::new(time(words, task)).monospace());
     if let Some(score) = task.score {
@@ -124,6 +139,10 @@ pub(super) fn show(ui: &mut Ui, words: &Words, task: &TaskView) {
             ("text", alarm(words, note).into()),
         ];
         let text = words.say_with("task-alarm", &values);
+        if alarm_is_old {
+            line(ui, Mark::Bad, &text);
+            return;
+        }
         egui::Frame::new()
             .fill(Color32::from_rgb(120, 20, 20))
             .inner_margin(6)

@@ -4,6 +4,7 @@ mod apart;
 mod canvas;
 mod frames;
 mod free_view;
+mod messenger;
 mod operate;
 mod page;
 mod pending;
@@ -73,6 +74,12 @@ pub struct WindowConfig {
     /// True for an instructor's window: it shows the assessor's bulletins, sends no commands to the
     /// controller, and asks the station for the instructor's acts.
     pub instructor: bool,
+    /// True if the scripted expert leads the instrument.
+    pub watched: bool,
+    /// For haptic device, tracker and pedal: true if it is simulated.
+    pub simulated: [bool; 3],
+    /// Name of the task of a replayed session, if known.
+    pub replayed_task: Option<String>,
     /// Acts of instructors, updated by the station or by a replay's player.
     pub acts: Option<Arc<Mutex<ActsView>>>,
     /// State of a replay, updated by its player.
@@ -117,6 +124,8 @@ pub fn run(
         )
         .showing(config.replay.clone(), config.recording.clone())
         .with_patch(config.patch.clone())
+        .of_player(config.watched, config.simulated)
+        .of_replayed_task(config.replayed_task.clone())
         .with_acts(config.acts.clone())
         .keeping(config.pictures.as_deref())
         .watched_by_instructor(config.instructor.then_some(&config.station))?,

@@ -4,11 +4,12 @@
 use std::time::{Duration, Instant};
 
 use shared_mem::message::HandMsg;
-use shared_mem::service::{HandSender, Station};
+use shared_mem::service::Station;
 use shared_mem::words::{Buttons, Switches};
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::keyboard::{KeyCode, PhysicalKey};
 
+use super::messenger::{Messenger, SEND_EVERY};
 use super::refusal::Refusal;
 use crate::latency::now_ns;
 
@@ -30,11 +31,9 @@ const ROLL_RAD_S: f64 = 1.2;
 const SCOPE_RAD_S: f64 = 0.3;
 /// Speed of the endoscope's advance under a held key, m/s.
 const SCOPE_M_S: f64 = 0.02;
-/// Interval between messages to the emulated hand while it is led.
-const SEND_EVERY: Duration = Duration::from_millis(8);
-
-/// Time for which the sender of the last message is kept, so that the message is delivered.
-const LAST_WORD: Duration = Duration::from_millis(200);
+/// Time after which a pressed pedal must act. One message to the hand and one picture of a fast
+/// computer take less than a tenth of it.
+const ACTS_WITHIN: Duration = Duration::from_millis(500);
 
 /// Keys that lead the hand. All others belong to the interface.
 const KEYS: [KeyCode; 16] = [
@@ -198,13 +197,12 @@ impl Leading {
 #[derive(Debug)]
 pub(super) struct Operate {
     station: Station,
-    /// Sender and input, while mouse and keyboard lead the instrument.
-    on: Option<(HandSender, Leading)>,
-    /// Sender of the last message, kept for [`LAST_WORD`], and the time at which the message was
-    /// sent.
-    leaving: Option<(HandSender, Instant)>,
+    /// Messenger and input, while mouse and keyboard lead the instrument.
+    on: Option<(Messenger, Leading)>,
     /// Time up to which held keys have moved the hand.
     advanced: Instant,
+    /// Pedals that are pressed, and the time since which they are.
+    pressed: (Switches, Instant),
     lead: Lead,
 }
 
@@ -213,14 +211,20 @@ impl Operate {
         Self {
             station: station.clone(),
             on: None,
-            leaving: None,
             advanced: Instant::now(),
+            pressed: (Switches::NONE, Instant::now()),
             lead: Lead::default(),
         }
     }
 
     pub(super) fn is_on(&self) -> bool {
         self.on.is_some()
+    }
+
+    /// Pedals that are pressed for so long that they must act by now.
+    pub(super) fn pressed(&self) -> Switches {
+        let (switches, since) = self.pressed;
+        switches.when(self.is_on() && since.elapsed() >= ACTS_WITHIN)
     }
 
     /// Sets how mouse and keyboard lead.
@@ -237,36 +241,21 @@ impl Operate {
             self.let_go();
             return Ok(());
         }
-        self.leaving = None;
-        let sender = HandSender::open(&self.station).map_err(Refusal::Hand)?;
         let leading = Leading {
             lead: self.lead,
             ..Leading::new(now_ns())
         };
-        let first = HandMsg {
-            at_ns: now_ns(),
-            ..leading.message
-        };
-        if !sender.send(first) {
-            sender.forget_dead();
-            return Err(Refusal::NoHand);
-        }
+        let messenger = Messenger::begin(&self.station, leading.message)?;
         self.advanced = Instant::now();
-        self.on = Some((sender, leading));
+        self.on = Some((messenger, leading));
         Ok(())
     }
 
     /// Releases the instrument if it is taken. The pedal goes up at once, and the jaws stay as they
     /// are.
     pub(super) fn let_go(&mut self) {
-        if let Some((sender, leading)) = self.on.take() {
-            sender.send(HandMsg {
-                at_ns: now_ns(),
-                switches: 0,
-                ..leading.message
-            });
-            self.leaving = Some((sender, Instant::now()));
-        }
+        self.on = None;
+        self.pressed.0 = Switches::NONE;
     }
 
     /// Takes input that leads the hand. Returns true if the interface must not see it.
@@ -302,11 +291,10 @@ impl Operate {
         }
     }
 
-    /// Sends a message to the emulated hand if one is due.
+    /// Gives a message to the messenger if one is due.
     pub(super) fn send_if_due(&mut self) {
-        self.leaving.take_if(|(_, left)| left.elapsed() > LAST_WORD);
         let since = self.advanced.elapsed();
-        let Some((sender, leading)) = &mut self.on else {
+        let Some((messenger, leading)) = &mut self.on else {
             return;
         };
         if since < SEND_EVERY {
@@ -314,10 +302,11 @@ impl Operate {
         }
         self.advanced = Instant::now();
         leading.advance(since.as_secs_f64().min(0.1));
-        sender.send(HandMsg {
-            at_ns: now_ns(),
-            ..leading.message
-        });
+        messenger.say(leading.message);
+        let switches = Switches::named(leading.message.switches);
+        if switches != self.pressed.0 {
+            self.pressed = (switches, self.advanced);
+        }
     }
 }
 

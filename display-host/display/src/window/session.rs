@@ -3,6 +3,7 @@
 mod acts;
 mod carry_out;
 mod effects;
+mod notes;
 mod receive;
 
 use std::collections::VecDeque;
@@ -17,6 +18,7 @@ use shared_mem::service::{ActSender, Host, ServiceError, Station, TaskReceiver};
 use shared_mem::task::TaskMsg;
 
 use self::acts::StuckMark;
+use self::notes::Notes;
 use super::frames::{Frames, rate};
 use super::free_view::FreeCamera;
 use super::operate::{Lead, Operate};
@@ -91,6 +93,8 @@ pub(super) struct Session {
     free: Option<FreeCamera>,
     /// Time of the last task alarm.
     alarmed: Option<Instant>,
+    /// Sentences to the trainee that end by themselves, and the age of the shown alarm.
+    notes: Notes,
     /// Number of the newest closed clip. It clicks once, even if it lies on several organs.
     newest_clip: Option<u32>,
     /// True if the settings paused the task. The task goes on when the settings close.
@@ -153,6 +157,7 @@ impl Session {
             kept: None,
             free: None,
             alarmed: None,
+            notes: Notes::default(),
             heard: Heard::default(),
             newest_clip: None,
             operate,
@@ -182,6 +187,18 @@ impl Session {
         recording: Option<Arc<Mutex<RecordingView>>>,
     ) -> Self {
         (self.replay, self.recording) = (replay, recording);
+        self
+    }
+
+    /// Sets who leads the instrument, and which devices are simulated.
+    pub(super) fn of_player(mut self, watched: bool, simulated: [bool; 3]) -> Self {
+        (self.ui.watched, self.ui.simulated) = (watched, simulated);
+        self
+    }
+
+    /// Names the task of the replayed session.
+    pub(super) fn of_replayed_task(mut self, task: Option<String>) -> Self {
+        self.ui.replayed_task = task;
         self
     }
 

@@ -93,7 +93,20 @@ impl Words {
             Some(Lack::Small) => "hold-lacks-small",
             Some(Lack::Sway) => "hold-lacks-sway",
             Some(Lack::Tilt) => "hold-lacks-tilt",
+            Some(Lack::Unled) => "hold-lacks-unled",
         })
+    }
+
+    /// Keys and buttons that mend the thing that the picture of a hold lacks. `None` if no key
+    /// does.
+    #[must_use]
+    pub fn hold_keys(&self, hold: &Hold) -> Option<String> {
+        let id = match hold.lack? {
+            Lack::Small => "hold-keys-near",
+            Lack::OutOfView | Lack::Aside | Lack::Side | Lack::Unled => "hold-keys-turn",
+            _ => return None,
+        };
+        Some(self.say(id))
     }
 
     /// Text of a hint.

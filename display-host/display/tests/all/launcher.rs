@@ -167,7 +167,7 @@ fn choices_of_the_start_are_made_by_pointer() {
         "Exam",
         "45°",
         "/home/ada/liver.calot",
-        "From a station file",
+        "Real, as a station file names them",
     ] {
         desk.get_by_label(name).click();
         desk.run();
@@ -234,7 +234,13 @@ fn enter_begins_numbers_choose_the_task_and_n_writes_a_name() {
 fn every_choice_is_reached_by_tab_alone() {
     let mut desk = harness(Screen::Start(start()));
     desk.run();
-    let mut wanted = texts(&["Ada", "Exam", "30°", "From a station file", "Deutsch"]);
+    let mut wanted = texts(&[
+        "Ada",
+        "Exam",
+        "30°",
+        "Real, as a station file names them",
+        "Deutsch",
+    ]);
     for _ in 0..80 {
         desk.key_press(Key::Tab);
         desk.run();
@@ -260,7 +266,7 @@ fn devices_are_told_with_what_happens_where_one_is_missing() {
         "In the last operation this computer drew only 3.2 pictures a second: too few to train with. A graphics card helps.",
         "line 3: no such driver",
         "No serial device or pedal is connected.",
-        "Guest sessions are not saved: choose or enter a name to save yours.",
+        "A guest's session lies in the folder of sessions, but counts for nobody: choose or enter a name to see your progress.",
     ] {
         desk.get_by_label(told);
     }
@@ -396,7 +402,7 @@ fn a_debrief_tells_outcome_errors_and_what_counts() {
         "Failed",
         "Score: 61 of 100",
         "it took longer than 600 s",
-        "burnt: liver  2×",
+        "Burnt: liver  2×",
         "Blood loss: −4.5 points",
         "yesterday  Passed, Score: 88 of 100",
         "700 s",

@@ -4,6 +4,7 @@
 mod effects;
 mod feed;
 mod feel;
+mod first_hour;
 mod gallery;
 mod identity;
 mod inside;

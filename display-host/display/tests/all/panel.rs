@@ -295,7 +295,7 @@ fn a_task_shows_time_instrument_clips_pedal_and_what_was_wrong() {
     );
     panel.get_by_label("Clip applier");
     panel.get_by_label("7 clips left");
-    panel.get_by_label("Pedal: coagulate");
+    panel.get_by_label("No current: only the cautery hook (2) has one");
     panel.get_by_label("Camera locked");
     panel.get_by_label("Alarm: burnt: bile duct");
     panel.get_by_label("Next: Free the gallbladder from the liver: take the cautery hook (2).");
@@ -344,7 +344,7 @@ fn a_hint_says_where_to_begin_and_how_much_is_left() {
     }));
     panel.run();
     panel.get_by_label_contains("Begin at the neck and go towards the fundus.");
-    panel.get_by_label_contains("  60 % left");
+    panel.get_by_label_contains("  60 % of this step left");
 }
 
 #[test]
@@ -695,7 +695,7 @@ fn shown_again() -> UiState {
 fn a_session_shown_again_goes_where_it_is_asked_to() {
     let mut panel = harness(shown_again());
     panel.run();
-    panel.get_by_label("1:05.0 of 2:10.0");
+    panel.get_by_label("Recording: 1:05.0 of 2:10.0");
     for (name, asked) in [
         ("-10 s", Asked::Seek(55_000)),
         ("+1 s", Asked::Seek(66_000)),

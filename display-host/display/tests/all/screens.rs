@@ -1,4 +1,4 @@
-//! Every screen in every language at six sizes: nothing is cut off, and nothing over the picture
+//! Every screen in every language at seven sizes: nothing is cut off, and nothing over the picture
 //! covers another thing. `SCREENS=DIR cargo test -p display-host --test all screens` also draws the
 //! screens into the folder, to be looked at.
 
@@ -26,10 +26,11 @@ use shared_mem::words::ActKind;
 use crate::feel::views;
 
 /// Width and height, pixels; size of the text, per cent.
-const SIZES: [[u16; 3]; 6] = [
+const SIZES: [[u16; 3]; 7] = [
     [800, 600, 100],
     [800, 600, 200],
     [1280, 720, 100],
+    [1280, 720, 150],
     [1280, 720, 200],
     [1920, 1080, 80],
     [3840, 2160, 200],
@@ -324,6 +325,25 @@ fn screens() -> Vec<(&'static str, Shown)> {
         ("task", with(|_| ())),
         ("task-in-hand", with(|state| state.in_hand = true)),
         (
+            "task-noted",
+            with(|state| {
+                state.in_hand = true;
+                state.note = Some(state.words.say("note-jaws-empty"));
+                state.tip_away = Some([0.2, -0.9]);
+            }),
+        ),
+        (
+            "watched",
+            with(|state| (state.watched, state.simulated) = (true, [true; 3])),
+        ),
+        (
+            "task-invites",
+            with(|state| {
+                state.simulated = [true; 3];
+                state.alarm_is_old = true;
+            }),
+        ),
+        (
             "task-alarm",
             with(|state| state.alarm = Some("the handle was too fast".into())),
         ),
@@ -397,6 +417,7 @@ fn screens() -> Vec<(&'static str, Shown)> {
             "replay",
             with(|state| {
                 state.task_view = None;
+                state.replayed_task = Some("clamp".into());
                 state.replay = Some(ReplayView {
                     at_s: 65.0,
                     length_s: 130.0,
@@ -523,6 +544,10 @@ fn words_are_not_cut_off_and_do_not_cover_each_other() {
                     .into_iter()
                     .flat_map(|role| desk.query_all_by_role(role));
                 let mut texts = Vec::new();
+                // The panel's content scrolls above the keys.
+                let words = Words::new(language);
+                let keys = words.say("help");
+                let keys = desk.query_all_by_label(&keys).next().map(|it| it.rect());
                 for node in nodes {
                     let (rect, node) = (node.rect(), node.accesskit_node());
                     let text = node.label().or_else(|| node.value()).unwrap_or_default();
@@ -531,7 +556,11 @@ fn words_are_not_cut_off_and_do_not_cover_each_other() {
                     }
                     // A launcher's page is left out, because it scrolls above buttons that do not.
                     // So is the part of the panel that is scrolled out of the window.
-                    if is_window && rect.bottom() <= high {
+                    let is_below = keys.is_some_and(|keys| {
+                        let is_beside = keys.x_range().contains(rect.center().x);
+                        is_beside && rect != keys && rect.bottom() > keys.top()
+                    });
+                    if is_window && rect.bottom() <= high && !is_below {
                         texts.push((text, rect));
                     }
                 }

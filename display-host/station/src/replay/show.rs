@@ -102,6 +102,7 @@ pub(super) fn run(
             None => window::run(
                 &WindowConfig {
                     acts: Some(acts.clone()),
+                    replayed_task: task_of(played),
                     ..window_config(args, &station, &path, &view)
                 },
                 &stop,
@@ -166,6 +167,9 @@ fn window_config(
         task: None,
         pictures: None,
         instructor: false,
+        watched: false,
+        simulated: [false; 3],
+        replayed_task: None,
         acts: None,
         replay: Some(view.clone()),
         recording: None,
@@ -247,6 +251,11 @@ fn length_s(session: &Path) -> f64 {
 
 fn lock<T>(it: &Mutex<T>) -> MutexGuard<'_, T> {
     it.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Name of the task that the session belongs to. A session without a course has none.
+fn task_of(session: &Path) -> Option<String> {
+    Some(Operation::open(session).ok()?.assignment?.task)
 }
 
 /// Acts of instructors in a session, with their times from its start, s.

@@ -49,6 +49,21 @@ impl Player {
     }
 }
 
+/// For haptic device, tracker and pedal: true if it is simulated. A station to which a display
+/// attaches has devices that nothing here names.
+pub(crate) fn simulated(args: &RunArgs) -> [bool; 3] {
+    let named = &args.controller.devices;
+    let file = named.station_file.as_deref().map(StationFile::read);
+    // A file that cannot be read has stopped the start already.
+    let file = file.and_then(Result::ok).unwrap_or_default();
+    [
+        named.haptic.is_none() && file.haptic.is_none(),
+        named.tracker.is_none() && file.tracker.is_none(),
+        named.pedal.is_none() && file.pedal.is_none(),
+    ]
+    .map(|it| it && !args.attach)
+}
+
 const NO_HANDLE: &str = "a scripted surgeon moves only an emulated handle: leave out --hand, or the \
                          haptic device (--haptic, or [haptic] in the station file)";
 
@@ -90,6 +105,19 @@ mod tests {
         });
         assert!(!at_device.is_scripted());
         assert_eq!(of(by_gamepad), Player::Person);
+    }
+
+    #[test]
+    fn a_device_is_simulated_unless_it_is_named_or_belongs_to_another_run() {
+        let of = |change: fn(&mut RunArgs)| {
+            let mut args = RunArgs::default();
+            change(&mut args);
+            simulated(&args)
+        };
+        assert_eq!(of(|_| {}), [true; 3]);
+        let pedal = of(|it| it.controller.devices.pedal = Some("/dev/input/event3".into()));
+        assert_eq!(pedal, [true, true, false]);
+        assert_eq!(of(|it| it.attach = true), [false; 3]);
     }
 
     #[test]

@@ -13,6 +13,7 @@ use session::{Recorded, Recording};
 use shared_mem::scene::SceneFile;
 
 use super::args::RunArgs;
+use super::player;
 use super::start::Started;
 use crate::centre::Told;
 use crate::folder::Folder;
@@ -151,6 +152,9 @@ impl<'a> Started<'a> {
             task: self.live.as_ref().map(|task| task.view.clone()),
             pictures: self.out.clone(),
             instructor: false,
+            watched: self.surgeon.is_some(),
+            simulated: player::simulated(args),
+            replayed_task: None,
             acts: self.desk.as_ref().map(|desk| desk.view.clone()),
             replay: None,
             recording: self.recording.as_ref().map(Recording::health),

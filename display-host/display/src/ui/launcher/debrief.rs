@@ -6,7 +6,7 @@ use egui::{Grid, Key, Label, RichText, Ui};
 
 use super::lessons::{self, LessonView, Lessons};
 use super::progress::{self, ProgressView};
-use super::{Asking, Wish, minutes, pressed, screen};
+use super::{Asking, Name, Wish, minutes, pressed, screen};
 use crate::ui::names;
 use crate::ui::screens::{BODY_POINTS, part, title};
 use crate::ui::widgets::{Mark, folded, line, sign};
@@ -24,7 +24,7 @@ const TABLE_WIDTH_MIN_POINTS: f32 = 600.0;
 /// Content of a debrief.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Debrief {
-    /// Name of the trainee; empty: a guest, whose session was not saved.
+    /// Name of the trainee; empty: a guest, whose session counts for nobody.
     pub trainee: String,
     /// True if the scripted expert operated.
     pub watched: bool,
@@ -155,7 +155,13 @@ pub(super) fn show(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut V
         reasons: &debrief.reasons,
         can_replay: debrief.can_replay,
     };
-    screen(ui, "debrief", Some(0), &buttons, wishes, |ui, wishes| {
+    // The report's path names the session, so that the debrief of another one opens at its top.
+    let name = Name {
+        screen: "debrief",
+        of: debrief.report.as_deref().unwrap_or_default(),
+        notice: debrief.notice.as_deref(),
+    };
+    screen(ui, name, Some(0), &buttons, wishes, |ui, wishes| {
         head(ui, words, debrief);
         if ui.available_width() < SIDE_BY_SIDE_POINTS {
             lessons::show(ui, words, lessons, wishes);
@@ -201,9 +207,6 @@ fn head(ui: &mut Ui, words: &Words, debrief: &Debrief) {
     });
     for reason in &debrief.reasons {
         ui.label(words.reason(reason));
-    }
-    if let Some(notice) = &debrief.notice {
-        ui.label(RichText::new(notice).italics());
     }
     if debrief.answered {
         line(ui, Mark::Good, &words.say("debrief-answered"));
@@ -326,6 +329,8 @@ fn bounds(words: &Words, [least, most]: [f64; 2], unit: &str) -> String {
     match (least.is_finite(), most.is_finite()) {
         (true, true) => format!("{low} – {high}"),
         (true, false) => format!("≥ {low}"),
+        // At most none of a thing that is counted is none.
+        (false, true) if unit == "n" && most < 1.0 => words.say("metric-none"),
         (false, true) => format!("≤ {high}"),
         (false, false) => String::new(),
     }
@@ -340,6 +345,8 @@ mod tests {
         let words = Words::default();
         assert_eq!(bounds(&words, [f64::NEG_INFINITY, 600.0], "s"), "≤ 600 s");
         assert_eq!(bounds(&words, [0.9, f64::INFINITY], "1"), "≥ 90 %");
+        assert_eq!(bounds(&words, [f64::NEG_INFINITY, 0.0], "n"), "none");
+        assert_eq!(bounds(&words, [f64::NEG_INFINITY, 2.0], "n"), "≤ 2");
     }
 
     #[test]

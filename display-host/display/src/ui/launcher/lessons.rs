@@ -106,7 +106,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, it: Lessons<'_>, wishes: &mut Vec
 }
 
 fn one(ui: &mut Ui, words: &Words, can_replay: bool, lesson: &LessonView, wishes: &mut Vec<Wish>) {
-    let what = alarm(words, &lesson.note);
+    let what = capital(&alarm(words, &lesson.note));
     let count = lesson.moments.len();
     let title = match count {
         0 | 1 => what.clone(),
@@ -143,6 +143,13 @@ fn one(ui: &mut Ui, words: &Words, can_replay: bool, lesson: &LessonView, wishes
     }
 }
 
+/// The text with a capital letter at its beginning, as a line of its own has.
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().into_iter().flat_map(char::to_uppercase);
+    first.chain(letters).collect()
+}
+
 fn next_time(ui: &mut Ui, words: &Words, advice: &str) {
     let text = format!("{} {}", words.say("page-next-time"), words.say(advice));
     ui.label(RichText::new(text));
@@ -174,6 +181,12 @@ fn moments(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_line_begins_with_a_capital_letter() {
+        assert_eq!(capital("überrascht: liver"), "Überrascht: liver");
+        assert_eq!(capital(""), "");
+    }
 
     #[test]
     fn a_picture_that_is_none_is_left_out() {

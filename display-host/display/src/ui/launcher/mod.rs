@@ -19,7 +19,7 @@ pub use start::{DeviceLine, DeviceState, Start, StartForm};
 
 use egui::Ui;
 
-use super::page::{drop_repeats, pressed, screen, typed};
+use super::page::{Name, drop_repeats, pressed, screen, typed};
 use super::screens::Look;
 use super::task::minutes;
 use super::theme;

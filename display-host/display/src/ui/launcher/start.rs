@@ -31,7 +31,7 @@ const NAMES_HEIGHT_POINTS: f32 = 110.0;
 /// The choices.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct StartForm {
-    /// Name of the trainee; empty: a guest, whose session is not saved.
+    /// Name of the trainee; empty: a guest, whose session counts for nobody.
     pub trainee: String,
     /// Name of the task.
     pub task: String,
@@ -124,6 +124,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, start: &Start, wishes: &mut Vec<W
         [name, file].into_iter().any(written)
     });
     let mut form = start.form.clone();
+    let mut seeks_name = false;
     let is_shown = start.shown.contains(&form.task);
     if !writes {
         keys(ui, start, &mut form, wishes);
@@ -139,6 +140,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, start: &Start, wishes: &mut Vec<W
         }
         if pressed(ui, Key::N) {
             ui.memory_mut(|memory| memory.request_focus(name));
+            seeks_name = true;
             // The letter that selected the field is not part of the name.
             ui.input_mut(|input| {
                 input
@@ -170,7 +172,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, start: &Start, wishes: &mut Vec<W
         }
         let is_narrow = ui.available_width() < SIDE_BY_SIDE_POINTS;
         let left = |ui: &mut Ui, form: &mut StartForm| {
-            trainee(ui, words, start, form, name);
+            trainee(ui, words, start, form, (name, seeks_name));
             task(ui, words, start, form);
         };
         let mut right = |ui: &mut Ui, form: &mut StartForm| {
@@ -232,7 +234,14 @@ fn keys(ui: &Ui, start: &Start, form: &mut StartForm, wishes: &mut Vec<Wish>) {
     }
 }
 
-fn trainee(ui: &mut Ui, words: &Words, start: &Start, form: &mut StartForm, name: Id) {
+/// Shows the names, and the field for a new one. The page scrolls to the field if `seeks_name`.
+fn trainee(
+    ui: &mut Ui,
+    words: &Words,
+    start: &Start,
+    form: &mut StartForm,
+    (name, seeks_name): (Id, bool),
+) {
     let label = part(ui, &words.say("start-trainee"));
     egui::ScrollArea::vertical()
         .id_salt("names")
@@ -240,12 +249,13 @@ fn trainee(ui: &mut Ui, words: &Words, start: &Start, form: &mut StartForm, name
         .show(ui, |ui| {
             ui.horizontal_wrapped(|ui| {
                 let nobody = words.say("start-nobody");
-                let names = core::iter::once((String::new(), nobody)).chain(
-                    start
-                        .trainees
-                        .iter()
-                        .map(|it| (it.clone(), names::drawn(it))),
-                );
+                // A new name stands among the others at once, as the one that is chosen.
+                let own = start.form.trainee.trim();
+                let is_new = !own.is_empty() && !start.trainees.iter().any(|it| it == own);
+                let new = is_new.then(|| start.form.trainee.clone());
+                let known = start.trainees.iter().cloned().chain(new);
+                let named = known.map(|it| (it.clone(), names::drawn(&it)));
+                let names = core::iter::once((String::new(), nobody)).chain(named);
                 for (value, shown) in names {
                     ui.selectable_value(&mut form.trainee, value, shown);
                 }
@@ -253,14 +263,14 @@ fn trainee(ui: &mut Ui, words: &Words, start: &Start, form: &mut StartForm, name
         });
     ui.horizontal(|ui| {
         let new = ui.label(words.say("start-new-name"));
-        ui.add(
-            TextEdit::singleline(&mut form.trainee)
-                .id(name)
-                .char_limit(64)
-                .desired_width(f32::INFINITY),
-        )
-        .labelled_by(new.id)
-        .labelled_by(label.id);
+        let field = TextEdit::singleline(&mut form.trainee)
+            .id(name)
+            .char_limit(64)
+            .desired_width(f32::INFINITY);
+        let field = ui.add(field).labelled_by(new.id).labelled_by(label.id);
+        if seeks_name {
+            field.scroll_to_me(None);
+        }
     });
     names::warn(ui, words, &form.trainee);
     let kept = match form.trainee.trim().is_empty() {

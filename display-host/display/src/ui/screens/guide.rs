@@ -1,7 +1,7 @@
 //! Card of a guided step: a moving picture, one sentence, the goal, and the next step.
 
 use assess::Hint;
-use egui::{ProgressBar, RichText, Ui, vec2};
+use egui::{Color32, ProgressBar, RichText, Ui, vec2};
 
 use super::super::UiState;
 use super::super::sketch::{self, Sketch};
@@ -12,7 +12,7 @@ use crate::words::Words;
 /// Names of the guided tasks.
 const TASKS: [&str; 2] = ["basics", "phantom"];
 /// Size of the moving picture, points.
-const PICTURE_POINTS: [f32; 2] = [150.0, 112.0];
+const PICTURE_POINTS: [f32; 2] = [112.0, 84.0];
 /// Length of the bar, points.
 const BAR_POINTS: f32 = 240.0;
 /// Size of the sentence, points.
@@ -25,28 +25,22 @@ pub(super) fn is_of(task: &TaskView) -> bool {
     TASKS.contains(&task.task.as_str()) && task.hint.is_some()
 }
 
-/// Shows the present step of a guided task; in a tight picture, only the step's sentence. Returns
-/// false if there is no such step.
-pub(super) fn show(ui: &mut Ui, state: &UiState, task: &TaskView, is_tight: bool) -> bool {
+/// Shows the present step of a guided task; if `is_short`, only its sentence and its progress.
+pub(super) fn show(ui: &mut Ui, state: &UiState, task: &TaskView, is_short: bool) {
     let words = &state.words;
     let Some(hint) = task.hint.as_ref().filter(|_| is_of(task)) else {
-        return false;
+        return;
     };
-    if is_tight {
+    if is_short {
         small(ui, &words.hint(hint));
-        return true;
+        progress(ui, hint);
+        return;
     }
     ui.horizontal_top(|ui| {
         let size = vec2(PICTURE_POINTS[0], PICTURE_POINTS[1]);
         sketch::show(ui, Sketch::of_step(&hint.step), size, &words.hint(hint));
-        ui.vertical(|ui| {
-            instructions(ui, words, task, hint);
-            if !state.in_hand {
-                small(ui, &words.say("guide-take"));
-            }
-        });
+        ui.vertical(|ui| instructions(ui, words, task, hint));
     });
-    true
 }
 
 fn instructions(ui: &mut Ui, words: &Words, task: &TaskView, hint: &Hint) {
@@ -55,24 +49,39 @@ fn instructions(ui: &mut Ui, words: &Words, task: &TaskView, hint: &Hint) {
         ("number", (number + 1).to_string().into()),
         ("of", task.steps.len().to_string().into()),
     ];
-    small(ui, &words.say_with("guide-step", &of));
     ui.label(
         RichText::new(words.hint(hint))
             .size(SENTENCE_TEXT_POINTS)
             .strong(),
     );
-    small(ui, &words.place(&hint.step));
-    small(ui, &goal(words, &hint.step));
-    if let Some(percent) = hint.percent {
-        let bar = ProgressBar::new(0.01 * f32::from(percent)).fill(GOOD);
-        ui.add(bar.desired_height(8.0).desired_width(BAR_POINTS));
-    }
+    // Two texts in a line leave more of the picture free.
+    ui.horizontal_wrapped(|ui| {
+        small(ui, &words.place(&hint.step));
+        small(ui, &goal(words, &hint.step));
+    });
+    progress(ui, hint);
     let next = task.steps.get(number + 1);
     let next = match next.map(|(step, _)| words.step(step)) {
         Some(step) => words.say_with("guide-next", &[("step", step.into())]),
         None => words.say("guide-last"),
     };
-    small(ui, &next);
+    ui.horizontal_wrapped(|ui| {
+        small(ui, &words.say_with("guide-step", &of));
+        small(ui, &next);
+    });
+}
+
+/// Shows the measured progress of the step as a bar. An empty bar has no colour: egui would draw a
+/// dot.
+fn progress(ui: &mut Ui, hint: &Hint) {
+    let Some(percent) = hint.percent else { return };
+    let fill = if percent == 0 {
+        Color32::TRANSPARENT
+    } else {
+        GOOD
+    };
+    let bar = ProgressBar::new(0.01 * f32::from(percent)).fill(fill);
+    ui.add(bar.desired_height(8.0).desired_width(BAR_POINTS));
 }
 
 fn small(ui: &mut Ui, text: &str) {

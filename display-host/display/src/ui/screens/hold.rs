@@ -57,6 +57,8 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState) {
         return;
     }
     let text = state.words.hold(hold);
+    let keys = state.words.hold_keys(hold).filter(|_| state.in_hand);
+    let text = keys.map_or(text.clone(), |keys| format!("{text} ({keys})"));
     let font = FontId::proportional(TEXT_POINTS);
     let galley = painter.layout(text, font, Color32::WHITE, (place.width() - 40.0).max(40.0));
     let at = Align2::CENTER_TOP.anchor_size(middle + vec2(0.0, radius + 10.0), galley.size());

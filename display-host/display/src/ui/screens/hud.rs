@@ -1,8 +1,12 @@
 //! Head-up display during a task: time, instrument, clips, pedal, alarm, next step.
 
+use assess::Hint;
 use egui::{Align2, Color32, Frame, Rect, RichText, Ui, vec2};
+use shared_mem::message::ToolFrame;
 use shared_mem::words::{Instrument, Switches};
 
+use super::super::current;
+use super::super::keys;
 use super::super::task::{self, TaskEnd, TaskNote, TaskView};
 use super::super::widgets::{Mark, line, sized};
 use super::super::{Asked, Link, UiState, arrow, instrument_id};
@@ -24,6 +28,9 @@ const TIME_WIDTH_POINTS: f32 = 140.0;
 /// Width below which a picture is tight, points, as with large text. The cards then show only time,
 /// next step and result, and the alarm if the panel does not show it.
 const TIGHT_WIDTH_POINTS: f32 = 480.0;
+/// Width of the picture, points, below which the panel beside it shows what the cards would cover,
+/// as with text of 125 % in a window of 1280 pixels.
+const FOLDED_WIDTH_POINTS: f32 = 760.0;
 /// Width of the picture, points, below which a result or pause in the middle replaces the other
 /// cards, because it would cover them.
 const NARROW_WIDTH_POINTS: f32 = 900.0;
@@ -34,7 +41,7 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>
     let is_paused = state.link == Link::Live && state.is_paused();
     let is_covered = (end.is_some() || is_paused) && !state.instructor;
     if let Some(direction) = state.tip_away.filter(|_| !is_covered) {
-        arrow::paint(ui.ctx(), place, direction);
+        arrow::paint(ui, place, direction);
     }
     if place.width() >= NARROW_WIDTH_POINTS || !is_covered {
         let place = tall(ui, place);
@@ -47,6 +54,7 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>
         }
         // In a tight picture the panel, if there is one, shows the alarm.
         let alarmed = task.filter(|_| !is_tight(place) || state.panel_hidden);
+        let alarmed = alarmed.filter(|_| !state.alarm_is_old);
         if let Some(note) = alarmed.and_then(|task| task.alarm.as_ref()) {
             alarm(ui, place, &state.words, note);
         }
@@ -56,37 +64,59 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>
     }
 }
 
-/// Shows the state of the task, on the left.
+/// Shows the state of the task, on the left. A narrow picture leaves to the panel what the panel
+/// shows.
 fn stands(ui: &Ui, place: Rect, state: &UiState, task: &TaskView) {
     let words = &state.words;
+    let tools = state.tools.as_ref();
+    let is_folded = is_folded(place, state);
+    let speaks = tools.filter(|it| it.has(Instrument::Irrigator) || current::tells(state, it));
+    if is_folded && !state.watched && speaks.is_none() {
+        return;
+    }
     card(ui, "hud", place, Align2::LEFT_TOP, |ui| {
         legible(ui);
         ui.set_max_width(SIDE_WIDTH_POINTS);
+        if state.watched {
+            let text = RichText::new(words.say("watched"));
+            ui.label(text.size(HINT_TEXT_POINTS).strong());
+        }
+        if is_folded {
+            if let Some(tools) = speaks {
+                sized(ui, HINT_TEXT_POINTS);
+                work(ui, state, tools);
+            }
+            return;
+        }
         big(ui, &task::time(words, task));
         let is_guided = guide::is_of(task) && place.width() < NARROW_WIDTH_POINTS;
         if is_tight(place) || is_guided {
             return;
         }
-        ui.label(task::title(words, task));
-        let Some(tools) = &state.tools else { return };
+        if state.panel_hidden {
+            ui.label(task::title(words, task));
+        }
+        let Some(tools) = tools else { return };
         big(ui, &words.say(instrument_id(tools.instrument)));
-        let pedals = [Switches::CUT, Switches::COAGULATE].map(|it| tools.switches().contains(it));
-        if tools.has(Instrument::Irrigator) {
-            irrigator(ui, state, pedals);
-        } else {
+        if !tools.has(Instrument::Irrigator) {
             let clips = tools.clips_left.to_string().into();
             ui.label(words.say_with("hud-clips", &[("count", clips)]));
-            ui.label(words.say(match pedals {
-                [false, false] => "hud-pedal-none",
-                [true, false] => "hud-pedal-cut",
-                [false, true] => "hud-pedal-coagulate",
-                [true, true] => "hud-pedal-both",
-            }));
         }
+        work(ui, state, tools);
         if tools.switches().contains(Switches::CAMERA_LOCK) {
             ui.label(words.say("hud-camera-held"));
         }
     });
+}
+
+/// Shows what flows: current, or the irrigator's water and suction.
+fn work(ui: &mut Ui, state: &UiState, tools: &ToolFrame) {
+    if tools.has(Instrument::Irrigator) {
+        let pedals = [Switches::CUT, Switches::COAGULATE].map(|it| tools.switches().contains(it));
+        irrigator(ui, state, pedals);
+    } else {
+        ui.label(state.words.say(current::message(state, tools)));
+    }
 }
 
 /// Shows what the irrigator does, and the volume in its jar.
@@ -163,15 +193,21 @@ fn over(
     });
 }
 
-/// Shows the next step at the bottom, and the instrument's keys while mouse and keyboard lead it.
-/// In a tight picture a running hold takes their place.
+/// Shows a note and the next step at the bottom, and the way to take the instrument. In a narrow
+/// picture the panel has the details. In a tight picture a running hold takes their place.
 fn foot(ui: &Ui, place: Rect, state: &UiState) {
     let words = &state.words;
     let task = state.task_view.as_ref().filter(|it| it.end.is_none());
-    let hint = task.and_then(|it| it.hint.as_ref());
-    let hold = task.and_then(|it| it.hold.as_ref());
+    let task = task.map(|it| task::with_tool(state, it));
+    let hint = task.as_ref().and_then(|it| it.hint.as_ref());
+    let hold = task.as_ref().and_then(|it| it.hold.as_ref());
     let hold = hold.filter(|_| is_tight(place));
-    if hint.is_none() && hold.is_none() && !state.in_hand {
+    let note = note(state);
+    let invites = task.is_some() && state.may_take_hand();
+    // The panel shows the keys, if there is one.
+    let has_keys = state.in_hand && state.panel_hidden && !is_tight(place);
+    let is_empty = hint.is_none() && hold.is_none() && note.is_none();
+    if is_empty && !invites && !has_keys {
         return;
     }
     card(ui, "hud foot", place, Align2::CENTER_BOTTOM, |ui| {
@@ -180,28 +216,56 @@ fn foot(ui: &Ui, place: Rect, state: &UiState) {
             ui.label(RichText::new(words.hold(hold)).size(HINT_TEXT_POINTS));
             return;
         }
-        let is_guided = task.is_some_and(|task| guide::show(ui, state, task, is_tight(place)));
-        if let Some(hint) = hint.filter(|_| !is_guided) {
-            let text = words.hint(hint).into();
-            let text = words.say_with("hud-hint", &[("text", text)]);
+        if let Some(note) = &note {
+            sized(ui, HINT_TEXT_POINTS);
+            line(ui, Mark::Care, note);
             if is_tight(place) {
-                ui.label(RichText::new(text).size(HINT_TEXT_POINTS));
                 return;
             }
-            big(ui, &text);
-            let left = words.left(hint).map(|it| format!("  {it}"));
-            let place = words.place(&hint.step);
-            let text = format!("{place}{}", left.unwrap_or_default());
-            ui.label(RichText::new(text).size(HINT_TEXT_POINTS));
         }
-        if state.in_hand && !is_tight(place) {
-            let help = match state.settings.look.left_handed {
-                true => "help-left",
-                false => "help",
-            };
-            ui.label(RichText::new(words.say(help)).size(HELP_TEXT_POINTS));
+        let is_short = is_folded(place, state) || is_tight(place);
+        let guided = task.as_ref().filter(|it| guide::is_of(it));
+        if let Some(task) = guided {
+            guide::show(ui, state, task, is_short);
+        } else if let Some(hint) = hint {
+            next(ui, words, hint, is_short);
+        }
+        if invites && !is_tight(place) {
+            small(ui, &words.say("guide-take"));
+        }
+        if has_keys {
+            let text = keys::text(words, state.settings.look.left_handed);
+            small(ui, &text);
         }
     });
+}
+
+/// Sentence to the trainee that is no alarm.
+fn note(state: &UiState) -> Option<String> {
+    let works = state.in_hand && state.link == Link::Live && !state.is_paused();
+    // The force of mouse and keys is the tissue's push on the instrument.
+    let is_soft = works && state.tools.is_some() && !state.is_force_enabled();
+    let soft = is_soft.then(|| state.words.say("note-force-off"));
+    state.note.clone().or(soft)
+}
+
+/// Shows the next step of a task without guidance.
+fn next(ui: &mut Ui, words: &Words, hint: &Hint, is_short: bool) {
+    let text = words.hint(hint).into();
+    let text = words.say_with("hud-hint", &[("text", text)]);
+    if is_short {
+        ui.label(RichText::new(text).size(HINT_TEXT_POINTS));
+        return;
+    }
+    big(ui, &text);
+    let left = words.left(hint).map(|it| format!("  {it}"));
+    let place = words.place(&hint.step);
+    let text = format!("{place}{}", left.unwrap_or_default());
+    ui.label(RichText::new(text).size(HINT_TEXT_POINTS));
+}
+
+fn small(ui: &mut Ui, text: &str) {
+    ui.label(RichText::new(text).size(HELP_TEXT_POINTS));
 }
 
 /// Corner of the picture that the other cards leave free.
@@ -235,6 +299,11 @@ pub(super) fn fitting(ui: &mut Ui, place: Rect) {
         true => sized(ui, HELP_TEXT_POINTS),
         false => legible(ui),
     }
+}
+
+/// True if the picture leaves to the panel beside it what the panel shows.
+fn is_folded(place: Rect, state: &UiState) -> bool {
+    place.width() < FOLDED_WIDTH_POINTS && !state.panel_hidden
 }
 
 pub(super) fn is_tight(place: Rect) -> bool {

@@ -50,6 +50,10 @@ impl Session {
                     self.ui.panel_hidden = !self.ui.panel_hidden;
                     continue;
                 }
+                Asked::ToggleHand if self.ui.watched => {
+                    self.note(self.ui.words.say("watched-note"));
+                    continue;
+                }
                 Asked::ToggleHand => {
                     if let Err(refusal) = self.operate.toggle() {
                         self.refuse(&refusal, observer);

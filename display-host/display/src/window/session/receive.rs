@@ -57,6 +57,7 @@ impl Session {
         let (causes, newest_clip) = (&self.causes, &mut self.newest_clip);
         let (heard, was_reset) = (&mut self.heard, &mut self.was_reset);
         let organs = &self.organs;
+        let simulated = ui.simulated;
         self.host.drain_events(|event| {
             feed.note_event(event);
             // A reset clears all bleeding and stains, whoever requested it.
@@ -71,7 +72,7 @@ impl Session {
             {
                 heard.clips = heard.clips.wrapping_add(1);
             }
-            if let Some((id, concerns_hand)) = alarm(event) {
+            if let Some((id, concerns_hand)) = alarm(event, simulated) {
                 let text = Some(ui.words.say(id));
                 match concerns_hand {
                     true => ui.alarm = text,
@@ -113,6 +114,7 @@ impl Session {
             }
             self.ui.task_view = Some(task);
         }
+        self.take_notes();
         let newest = |it: &Arc<Mutex<_>>| *it.lock().unwrap_or_else(PoisonError::into_inner);
         self.ui.replay = self.replay.as_ref().map(newest);
         let newest = |it: &Arc<Mutex<_>>| *it.lock().unwrap_or_else(PoisonError::into_inner);
@@ -126,6 +128,7 @@ impl Session {
         self.ui.is_view_free = self.free.is_some();
         self.sound(observer);
         self.ui.in_hand = self.operate.is_on();
+        self.ui.pressed = self.operate.pressed();
         self.ui.force = self.force.iter().copied().collect();
     }
 
@@ -205,12 +208,16 @@ fn begins_to_limit(known_ticks: &mut u64, batch: &TimingBatch) -> bool {
 }
 
 /// Message for a fault that switches off the force or the current, and true if the person at the
-/// station can mend the fault. An instructor and an engineer see the other faults.
-fn alarm(event: &EventMsg) -> Option<(&'static str, bool)> {
+/// station can mend the fault. An instructor and an engineer see the other faults. Nobody can mend
+/// a simulated device. While mouse and keys lead, the picture itself says why no force or current
+/// acts.
+fn alarm(event: &EventMsg, [handle, _, pedal]: [bool; 3]) -> Option<(&'static str, bool)> {
     let Ok(Event::Fault(fault)) = event.decode() else {
         return None;
     };
     match fault {
+        Fault::LostDevice | Fault::SpeedTrip if handle => None,
+        Fault::LostPedal | Fault::HeldPedal | Fault::BothElectrodes if pedal => None,
         Fault::BadForce => Some(("fault-no-number", false)),
         Fault::StaleDevice => Some(("fault-late", false)),
         Fault::LostDevice => Some(("fault-gone", true)),
@@ -234,6 +241,24 @@ mod tests {
     use bytemuck::Zeroable as _;
 
     use super::*;
+
+    #[test]
+    fn a_simulated_device_raises_no_alarm_that_asks_for_a_plug() {
+        let fault = |fault: Fault| EventMsg {
+            kind: EventKind::Fault.number(),
+            value: fault.number() as f32,
+            ..EventMsg::zeroed()
+        };
+        let faults = [Fault::LostDevice, Fault::SpeedTrip];
+        let of_pedal = [Fault::LostPedal, Fault::HeldPedal, Fault::BothElectrodes];
+        for (fault, event) in faults.into_iter().chain(of_pedal).map(|it| (it, fault(it))) {
+            assert!(matches!(event.decode(), Ok(Event::Fault(it)) if it == fault));
+            assert_eq!(alarm(&event, [true; 3]), None, "{fault:?}");
+            assert!(alarm(&event, [false; 3]).is_some(), "{fault:?}");
+        }
+        let handle_alone = [true, true, false];
+        assert!(alarm(&fault(Fault::LostPedal), handle_alone).is_some());
+    }
 
     #[test]
     fn a_device_that_limits_its_force_is_reported_once() {
