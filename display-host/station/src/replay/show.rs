@@ -77,7 +77,7 @@ pub(super) fn run(
             }
         });
         let thread = std::thread::Builder::new().stack_size(STACK_BYTES);
-        let played = thread.spawn_scoped(scope, || {
+        let playing = thread.spawn_scoped(scope, || {
             let shown = player.play();
             if shown.is_err() {
                 stop.store(true, Relaxed);
@@ -110,7 +110,7 @@ pub(super) fn run(
             ),
         };
         stop.store(true, Relaxed);
-        (played.map(std::thread::ScopedJoinHandle::join), watched)
+        (playing.map(std::thread::ScopedJoinHandle::join), watched)
     });
     shown?.map_err(|_| "the replay panicked; please report this")??;
     let outcome = watched?;
