@@ -247,7 +247,8 @@ fn a_simulated_device_asks_for_no_plug() {
             tools.health[2].status = DeviceHealth::LOST;
         }
         let desk = window(state, [1280.0, 720.0]);
-        desk.query_all_by_label_contains("plug it in again").count()
+        desk.query_all_by_label_contains("connection lost; plug it in again")
+            .count()
     };
     assert_eq!(lost([true; 3]), 0);
     assert_eq!(lost([true, true, false]), 1);
