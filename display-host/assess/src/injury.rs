@@ -20,8 +20,8 @@ use crate::vector::{Vec3, distance};
 const PLACE_M: f64 = 1.5e-3;
 /// Heat that coagulates a wall to a depth of 1 mm at one place, J: 0.1 J for each cubic millimetre.
 const DEEP_J_MM: f64 = 0.1 * std::f64::consts::PI * 1.5 * 1.5;
-/// Largest number of burnt places that are kept.
-const PLACES_MAX: usize = 256;
+/// Largest number of burnt places of an organ that are kept: those of 70 cm².
+const PLACES_MAX: usize = 1024;
 
 /// Kind of an injury.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -154,28 +154,31 @@ impl Injuries {
     }
 
     /// Adds heat, at a place, to the organ with this index and name. Notes a burn if the organ's
-    /// heat or the depth at one place reaches the rule's limit.
+    /// heat or the depth at one place reaches the rule's limit. Returns true if this place is now
+    /// coagulated as deep as the limit, or deeper.
     pub(crate) fn heat(
         &mut self,
         at_s: f64,
         (heat_j, at_m): (f64, Vec3),
         (index, organ): (u32, &str),
         rule: &InjuryRule,
-    ) {
+    ) -> bool {
         let known = self.heat_j.iter().position(|it| it.0 == index);
         let place = known.unwrap_or_else(|| {
             self.heat_j.push((index, 0.0));
             self.heat_j.len() - 1
         });
         let Some((_, sum_j)) = self.heat_j.get_mut(place) else {
-            return;
+            return false;
         };
         *sum_j += heat_j;
         let sum_j = *sum_j;
-        let depth_mm = self.deepen(index, heat_j, at_m) / DEEP_J_MM;
+        let deepened = self.deepen(index, heat_j, at_m);
+        let [here_mm, depth_mm] = deepened.map(|heat_j| heat_j / DEEP_J_MM);
         if sum_j >= rule.burn_j || depth_mm >= rule.burn_mm {
             self.burn(at_s, (index, organ), rule, Some([sum_j, depth_mm]));
         }
+        here_mm >= rule.burn_mm
     }
 
     /// Notes a burn of the organ with this index and name, because heat from beside has destroyed
@@ -209,17 +212,20 @@ impl Injuries {
     }
 
     /// Adds heat to the burnt place of an organ that lies within its radius, or begins a new place.
-    /// Returns the heat of the organ's hottest place, J.
-    fn deepen(&mut self, index: u32, heat_j: f64, at_m: Vec3) -> f64 {
+    /// Returns the heat of this place and that of the organ's hottest place, J.
+    fn deepen(&mut self, index: u32, heat_j: f64, at_m: Vec3) -> [f64; 2] {
         let is_there = |it: &(u32, Vec3, f64)| it.0 == index && distance(it.1, at_m) < PLACE_M;
         let known = self.places.iter().position(is_there);
+        let own = |it: &&(u32, Vec3, f64)| it.0 == index;
+        let mut here_j = heat_j;
         if let Some(place) = known.and_then(|known| self.places.get_mut(known)) {
             place.2 += heat_j;
-        } else if self.places.len() < PLACES_MAX {
+            here_j = place.2;
+        } else if self.places.iter().filter(own).count() < PLACES_MAX {
             self.places.push((index, at_m, heat_j));
         }
-        let own = self.places.iter().filter(|it| it.0 == index);
-        own.map(|it| it.2).fold(0.0, f64::max)
+        let places = self.places.iter().filter(own);
+        [here_j, places.map(|it| it.2).fold(0.0, f64::max)]
     }
 
     /// Keeps an injury, unless the organ already has one of its kind.

@@ -212,7 +212,7 @@ impl Procedure {
             Task::Phantom => self.phantom.event(event, tally, anatomy),
             _ => {}
         }
-        self.find_injury(at_s, event, anatomy, rules);
+        let is_deep = self.find_injury(at_s, event, anatomy, rules);
         let mut wrong = Wrong::default();
         let kind = anatomy.kind(event.organ);
         let vessel = VESSELS.iter().position(|(of, _)| Some(*of) == kind);
@@ -248,8 +248,18 @@ impl Procedure {
                     say(AlarmKind::Touched);
                 }
             }
+            // Whoever dissects the bed presses on the liver: only a hard press counts.
+            Ok(press @ Event::Press { .. })
+                if rules.is_deep(kind, &press)
+                    && self.is_new(AlarmKind::Touched, event.organ, at_s, rules) =>
+            {
+                self.touches_wrong += 1;
+                say(AlarmKind::Touched);
+            }
             // Current closes a vessel that an instructor opened.
-            Ok(Event::Burn { energy_j }) if rules.must_not_burn(kind) && !is_opened => {
+            Ok(Event::Burn { energy_j })
+                if (is_deep || rules.must_not_burn(self.task, kind)) && !is_opened =>
+            {
                 let heat_j = f64::from(energy_j).max(0.0);
                 self.burn_wrong_j += heat_j;
                 if self.is_burnt(event.organ, heat_j, rules)
@@ -362,13 +372,19 @@ impl Procedure {
 
     /// Notes an injury that an event shows. A torn or cut suture or band has the event of a tear or
     /// cut, and the event names an organ that it holds. So these events are left out. The division
-    /// of a tube has an event of its own.
-    fn find_injury(&mut self, at_s: f64, event: &EventMsg, anatomy: &Anatomy, rules: &Rules) {
+    /// of a tube has an event of its own. Returns true for heat at a place that is burnt too deep.
+    fn find_injury(
+        &mut self,
+        at_s: f64,
+        event: &EventMsg,
+        anatomy: &Anatomy,
+        rules: &Rules,
+    ) -> bool {
         self.means.event(at_s, event);
         let kind = anatomy.kind(event.organ);
         let rule = kind.and_then(|kind| rules.injury(kind));
         let (Some(rule), Some(organ)) = (rule, anatomy.organ(event.organ)) else {
-            return;
+            return false;
         };
         let organ = (event.organ, organ.name.as_str());
         let is_to_divide = VESSELS.iter().any(|(of, _)| Some(*of) == kind);
@@ -384,11 +400,12 @@ impl Procedure {
             }
             Ok(Event::Burn { energy_j }) => {
                 let heat = (f64::from(energy_j).max(0.0), wide(event.at_m));
-                self.injuries.heat(at_s, heat, organ, rule);
+                return self.injuries.heat(at_s, heat, organ, rule);
             }
             Ok(Event::Seared { .. }) => self.injuries.sear(at_s, organ, rule),
             _ => {}
         }
+        false
     }
 
     /// Injuries so far, the oldest first.

@@ -41,6 +41,8 @@ pub struct Rules {
     pub(crate) burn_j: f64,
     /// Least force of a touch that counts, N; 0: any touch.
     touch_n: f64,
+    /// Least force of a press on a structure that may be touched, by kind, N.
+    press_n: Vec<(OrganKind, f64)>,
     pub(crate) done: Done,
     /// Rule for the critical view; `None`: it need not be shown.
     pub(crate) view: Option<ViewRule>,
@@ -65,6 +67,7 @@ impl Default for Rules {
             quiet_s: 1.0,
             burn_j: 0.0,
             touch_n: 0.0,
+            press_n: Vec::new(),
             done: Done {
                 triangle: 1.0,
                 lower_bed: 1.0,
@@ -159,6 +162,12 @@ impl Rules {
                 check.number("a flow", flow, 0.0..=5000.0)?,
             ))
         });
+        let presses = file.alarm.press_n.iter().map(|(organ, press_n)| {
+            Ok((
+                check.organ(organ)?,
+                check.number("press_n", press_n, 0.0..=100.0)?,
+            ))
+        });
         Ok(Self {
             text: text.to_owned(),
             touch: check.organs(&file.alarm.touch)?,
@@ -172,6 +181,7 @@ impl Rules {
                 Some(touch_n) => check.number("touch_n", touch_n, 0.0..=100.0)?,
                 None => 0.0,
             },
+            press_n: presses.collect::<Result<_, _>>()?,
             done: Done {
                 triangle: share("triangle", &done.triangle)?,
                 lower_bed: share("lower_bed", &done.lower_bed)?,

@@ -49,6 +49,8 @@ pub enum Surgeon {
     BagBurner,
     /// Burns through the duodenum's wall
     BowelBurner,
+    /// Holds the coagulating current deep in the liver
+    LiverBurner,
 }
 
 /// One step of a plan.
@@ -174,6 +176,7 @@ impl Surgeon {
             Self::ArteryScorcher => plan.extend(burning(OrganKind::Vessel, CUTS)),
             Self::BagBurner => plan.extend(burning(OrganKind::Gallbladder, CUTS)),
             Self::BowelBurner => plan.extend(burning(OrganKind::Intestine, CUTS)),
+            Self::LiverBurner => plan.extend(burning(OrganKind::Liver, COAGULATE)),
         }
         plan
     }

@@ -231,6 +231,7 @@ impl Check<'_> {
             time_max_s: time.transpose()?.unwrap_or(f64::INFINITY),
             time_source: task.time_source.clone(),
             pass: pass.collect::<Result<_, _>>()?,
+            burn: self.organs(&task.burn)?,
         })
     }
 }

@@ -39,6 +39,8 @@ pub(super) struct TaskRules {
     pub(super) pass: Vec<Condition>,
     /// The task's own penalties instead of the general ones.
     pub(super) penalties: Option<Vec<Penalty>>,
+    /// Structures that must not be burnt in this task, in addition to those of every task.
+    pub(super) burn: Vec<OrganKind>,
 }
 
 impl Default for TaskRules {
@@ -49,6 +51,7 @@ impl Default for TaskRules {
             time_source: None,
             pass: Vec::new(),
             penalties: None,
+            burn: Vec::new(),
         }
     }
 }
@@ -68,8 +71,20 @@ impl Rules {
         kind.is_some_and(|kind| self.touch.contains(&kind))
     }
 
-    pub(crate) fn must_not_burn(&self, kind: Option<OrganKind>) -> bool {
-        kind.is_some_and(|kind| self.burn.contains(&kind))
+    pub(crate) fn must_not_burn(&self, task: Task, kind: Option<OrganKind>) -> bool {
+        let own = self.tasks.get(task.name()).map_or(&[][..], |it| &it.burn);
+        kind.is_some_and(|kind| self.burn.contains(&kind) || own.contains(&kind))
+    }
+
+    /// True for a press on a structure of this kind, not protected from touch, that is hard enough
+    /// to count.
+    pub(crate) fn is_deep(&self, kind: Option<OrganKind>, press: &Event) -> bool {
+        let Event::Press { force_n } = press else {
+            return false;
+        };
+        let mut limits = self.press_n.iter();
+        let limit = limits.find(|(organ, _)| Some(*organ) == kind);
+        limit.is_some_and(|(_, limit_n)| f64::from(*force_n) >= *limit_n)
     }
 
     /// True if heat injures this kind of organ before it opens a hole.

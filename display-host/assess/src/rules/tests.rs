@@ -29,7 +29,7 @@ fn the_built_in_rules_are_sound_and_say_what_every_task_asks() {
     }
     assert!(rules.must_not_touch(Some(OrganKind::BileDuct)));
     assert!(!rules.must_not_touch(Some(OrganKind::CysticDuct)));
-    assert!(rules.must_not_burn(Some(OrganKind::CysticDuct)));
+    assert!(rules.must_not_burn(Task::Full, Some(OrganKind::CysticDuct)));
 }
 
 #[test]
@@ -281,6 +281,21 @@ fn rules_and_published_values_say_where_they_come_from() {
             "touch_n = 0.2",
             "touch_n = -1.0",
             "touch_n is -1; allowed is 0 to 100",
+        ),
+        (
+            "liver = 1.0",
+            "liver = -1.0",
+            "press_n is -1; allowed is 0 to 100",
+        ),
+        (
+            "liver = 1.0",
+            "spleen = 1.0",
+            "an organ is spleen; allowed is liver",
+        ),
+        (
+            "burn = [\"liver\", \"gallbladder\"]",
+            "burn = [\"spleen\"]",
+            "an organ is spleen; allowed is liver",
         ),
     ] {
         let refused = refused(from, to);

@@ -40,6 +40,9 @@ pub(super) struct Alarm {
     pub(super) burn_j: Option<Spanned<f64>>,
     /// `None` in older files: any touch counts.
     pub(super) touch_n: Option<Spanned<f64>>,
+    /// Empty in older files: no press on another structure counts.
+    #[serde(default)]
+    pub(super) press_n: BTreeMap<Spanned<String>, Spanned<f64>>,
 }
 
 #[derive(Deserialize)]
@@ -113,6 +116,9 @@ pub(super) struct Task {
     pub(super) time_source: Option<String>,
     pub(super) pass: Vec<Condition>,
     pub(super) penalty: Option<Vec<Penalty>>,
+    /// Empty in older files: the task forbids to burn what `[alarm]` names, and no more.
+    #[serde(default)]
+    pub(super) burn: Vec<Spanned<String>>,
 }
 
 #[derive(Deserialize)]

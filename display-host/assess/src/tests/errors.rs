@@ -31,7 +31,7 @@ fn a_structure_is_burnt_once_enough_heat_has_come_together() {
 
 #[test]
 fn wrong_structures_sound_and_cost_but_not_without_end() {
-    let mut assessment = begin(Task::Clamp);
+    let mut assessment = begin(Task::Identify);
     rest(&mut assessment, 0.0, 0.1);
     for step in 0..20 {
         let at_s = 0.1 + f64::from(step) * 0.05;

@@ -183,9 +183,95 @@ fn a_torn_or_cut_band_is_no_injury() {
 }
 
 #[test]
-fn an_injured_liver_has_no_rule() {
+fn a_perforated_liver_is_noted_and_rules_out_no_pass() {
     let perforated = event(0.1, EventKind::Perforation.number(), LIVER, 0.0, 0.1);
-    assert!(clamp_after(&perforated).end().injuries.is_empty());
+    let assessed = clamp_after(&perforated).end();
+    assert_eq!(assessed.injuries[0].severity, Severity::Minor);
+    assert_eq!(assessed.outcome, Outcome::Passed);
+}
+
+/// Holds the current on the liver for this many events of 0.75 J, 20 a second, each this far beside
+/// the last, and returns the result of the clamp or, with `task`, of another task.
+fn burn_liver(task: Task, events: u32, aside_m: f32) -> Assessed {
+    let mut assessment = Assessment::new(task, Difficulty::Trainee, Rules::default(), whole());
+    rest(&mut assessment, 0.0, 0.1);
+    for number in 0..events {
+        let at_s = 0.1 + 0.05 * f64::from(number);
+        let x_m = aside_m * number as f32;
+        assessment.take(&event(at_s, EventKind::Burn.number(), LIVER, x_m, 0.75));
+        rest(&mut assessment, at_s, at_s + 0.05);
+    }
+    if task == Task::Clamp {
+        clip_both(&mut assessment);
+    }
+    assessment.end()
+}
+
+#[test]
+fn current_held_on_the_liver_fails_a_clamp_in_which_nothing_is_to_be_burnt() {
+    let once = burn_liver(Task::Clamp, 2, 0.0);
+    assert_eq!(kinds(&once), [AlarmKind::Burnt]);
+    is(once.metrics.get(Metric::BurnsWrong), 1.0);
+    assert_eq!(once.outcome, Outcome::Passed);
+    assert!(once.score < 95.0, "{}", once.score);
+    // Seven seconds.
+    let long = burn_liver(Task::Clamp, 140, 0.0);
+    is(long.metrics.get(Metric::BurnWrong), 105.0);
+    assert_eq!(long.outcome, Outcome::Failed, "{}", long.score);
+    // The debrief names liver, heat and depth.
+    assert_eq!(long.injuries[0].organ, "liver");
+    assert!(long.injuries[0].depth_mm.is_some_and(|it| it > 14.9));
+}
+
+/// Where the gallbladder is freed, the liver takes heat all over the bed.
+#[test]
+fn the_liver_may_be_burnt_along_the_bed_and_not_deep_at_one_place() {
+    let along = burn_liver(Task::Disconnect, 140, 0.0016);
+    assert!(along.alarms.is_empty() && along.injuries.is_empty());
+    is(along.metrics.get(Metric::BurnWrong), 0.0);
+    let deep = burn_liver(Task::Disconnect, 140, 0.0);
+    assert_eq!(kinds(&deep), [AlarmKind::Burnt]);
+    assert!(deep.metrics.get(Metric::BurnWrong) > 90.0);
+    assert_eq!(deep.injuries[0].severity, Severity::Minor);
+    let rules = Rules::default();
+    let lost: f64 = deep.lost.iter().map(|it| it.points).sum();
+    let (score, _) = rules.score(Task::Disconnect, &deep.metrics);
+    assert!(lost > 40.0 && score < 60.0, "{lost} {score}");
+}
+
+#[test]
+fn more_places_of_a_bed_than_are_kept_leave_room_for_those_of_other_organs() {
+    let mut assessment = clamp();
+    rest(&mut assessment, 0.0, 0.1);
+    for number in 0..3000u32 {
+        let x_m = 0.002 * number as f32;
+        assessment.take(&event(0.1, EventKind::Burn.number(), LIVER, x_m, 0.01));
+    }
+    // 0.5 mm deep in the bile duct, from two events at one place.
+    for _ in 0..2 {
+        assessment.take(&event(0.1, EventKind::Burn.number(), BILE_DUCT, 0.0, 0.18));
+    }
+    let injuries = assessment.end().injuries;
+    assert_eq!(injuries.len(), 1);
+    assert_eq!(injuries[0].organ, "bile duct");
+}
+
+#[test]
+fn a_hard_press_on_the_liver_is_an_error_and_a_light_one_is_none() {
+    for (force_n, is_hard) in [(0.2, false), (0.9, false), (1.0, true), (2.9, true)] {
+        let press = event(0.1, EventKind::Press.number(), LIVER, 0.0, force_n);
+        let assessed = clamp_after(&press).end();
+        assert_eq!(
+            kinds(&assessed) == [AlarmKind::Touched],
+            is_hard,
+            "{force_n}"
+        );
+        is(
+            assessed.metrics.get(Metric::TouchesWrong),
+            f64::from(u8::from(is_hard)),
+        );
+        is(assessed.metrics.get(Metric::PressWrongMax), 0.0);
+    }
 }
 
 #[test]
@@ -200,8 +286,8 @@ fn light_touches_are_counted_and_cost_nothing_and_presses_cost_without_an_early_
             let press_n = if touch < presses { 0.25 } else { 0.15 };
             let kind = EventKind::Press.number();
             assessment.take(&event(at_s + 1.9, kind, BILE_DUCT, 0.0, press_n));
-            // Another organ may be pressed.
-            assessment.take(&event(at_s + 1.9, kind, LIVER, 0.0, 2.0));
+            // The liver may be pressed, though not as hard as from 1 N on.
+            assessment.take(&event(at_s + 1.9, kind, LIVER, 0.0, 0.9));
         }
         clip_both(&mut assessment);
         assessment.end()

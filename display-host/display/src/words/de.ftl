@@ -733,6 +733,7 @@ page-costs-points = kostet Punkte
 injury-divided = durchtrennt
 injury-perforated = Wand eröffnet
 injury-seared = durch Hitze von nebenan verbrannt
+injury-deep = an einer Stelle tief verbrannt
 injury-burnt = stärker verbrannt, als die Wand übersteht
 cause-cut = Schere
 cause-torn = Zug

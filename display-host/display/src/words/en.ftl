@@ -733,6 +733,7 @@ page-costs-points = costs points
 injury-divided = divided
 injury-perforated = wall opened
 injury-seared = burnt by heat that came from beside
+injury-deep = burnt deep at one place
 injury-burnt = burnt more than its wall survives
 cause-cut = scissors
 cause-torn = traction

@@ -142,6 +142,25 @@ fn a_gallbladder_that_is_burnt_through_counts_as_perforated() {
     assert_ne!(it.outcome, Outcome::Passed);
 }
 
+/// Clips need no current. Score, alarms and debrief tell the burn where nothing is to be burnt.
+#[test]
+fn current_held_deep_in_the_liver_fails_the_clamp_by_its_score() {
+    let result = operate(Surgeon::LiverBurner, Task::Clamp, 24);
+    let it = &result.assessed;
+    let of_liver = |it: &assess::Alarm| it.organ.as_deref() == Some("liver");
+    let mut alarms = it.alarms.iter().filter(|it| of_liver(it));
+    assert!(
+        alarms.any(|it| it.kind == AlarmKind::Burnt),
+        "{:?}",
+        it.alarms
+    );
+    let injury = it.injuries.iter().find(|it| it.organ == "liver");
+    let injury = injury.expect("it is noted");
+    assert_eq!((injury.kind, injury.severity), (InjuryKind::Burnt, Minor));
+    let (score, lost) = assess::Rules::default().score(Task::Clamp, &it.metrics);
+    assert!(score < 70.0, "{score} {lost:?}");
+}
+
 /// Traction at cystic duct or artery tents the bile duct, which gives way before they do: the task
 /// ends as for a bile duct that is torn itself.
 #[test]

@@ -28,6 +28,8 @@ pub(super) fn injuries(page: &mut Page<'_>, injuries: &[Injury]) {
         let kind = page.say(match injury.kind {
             // Only heat from beside burns without heat of its own.
             InjuryKind::Burnt if injury.heat_j.is_none() => "injury-seared",
+            // No wall is burnt: the organ was burnt deeper than its surface.
+            InjuryKind::Burnt if injury.severity == Severity::Minor => "injury-deep",
             InjuryKind::Divided => "injury-divided",
             InjuryKind::Perforated => "injury-perforated",
             InjuryKind::Burnt => "injury-burnt",
