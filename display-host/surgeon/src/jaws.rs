@@ -8,12 +8,15 @@ use shared_mem::words::{CapsuleRole, Instrument};
 use crate::plan::{Act, CUT};
 use crate::sight::{Bar, Place, between};
 use crate::vector::{Vec3, wide};
-use crate::work::{BACK_M, BITE, JAW_M, Work};
+use crate::work::{BACK_M, JAW_M, Work};
 
 /// Radius of a jaw, m (`rt_core::tool`).
 const JAW_RADIUS_M: f64 = 0.0015;
 /// Largest number of attempts at a vessel.
 const ATTEMPTS: u32 = 4;
+/// Largest number of clips at a place: the one that was meant, and another if it leaves the vessel
+/// open.
+const CLIPS_MAX: usize = 2;
 /// A clip that closes less than this share of a vessel leaves it open.
 const CLOSED: f32 = 0.99;
 /// Number of steps along a vessel at which a careful surgeon looks for another place than the
@@ -80,7 +83,10 @@ impl Work<'_> {
             bitten.extend(is_tried.then_some(at));
             self.retreat(BACK_M)?;
             match (done, missed) {
-                (true, _) if self.is_open_behind_its_clip(kind) => {
+                (true, _)
+                    if self.worked(kind) < before + CLIPS_MAX
+                        && self.is_open_behind_its_clip(kind) =>
+                {
                     self.theatre
                         .tell("the clip does not close the vessel: another goes beside it");
                 }
@@ -172,7 +178,7 @@ impl Work<'_> {
             return 0.0;
         };
         let along = (at - self.sight.port()).try_normalize(1e-9);
-        let taken = jaws_at(at, along.unwrap_or_default());
+        let taken = jaws_at(at, along.unwrap_or_default(), self.bite_share());
         let others = self.sight.tubes_beside(kind, state);
         let room_m = others.iter();
         let room_m = room_m.map(|bar| between(taken, bar.ends).norm() - bar.radius_m);
@@ -270,9 +276,9 @@ fn roomiest(share: f64, is_cut: bool, bitten: &[f64], room_m: impl Fn(f64) -> f6
 }
 
 /// Axis midway between jaws, from hinge to end, when they have come along `along` and take a vessel
-/// at this place.
-fn jaws_at(place: Vec3, along: Vec3) -> [Vec3; 2] {
-    [-BITE, 1.0 - BITE].map(|share| place + along * (share * JAW_M))
+/// at this place, at this share of their length.
+fn jaws_at(place: Vec3, along: Vec3, bite: f64) -> [Vec3; 2] {
+    [-bite, 1.0 - bite].map(|share| place + along * (share * JAW_M))
 }
 
 /// True if part of the bar lies between open jaws, each given from hinge to end.
@@ -291,6 +297,7 @@ fn lies_between([upper, lower]: [[Vec3; 2]; 2], bar: &Bar) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::work::BITE;
 
     const WIDE: [[Vec3; 2]; 2] = [
         [Vec3::new(0.0, 0.0, 0.0), Vec3::new(0.0, 0.004, -0.014)],
@@ -359,7 +366,7 @@ mod tests {
 
     #[test]
     fn jaws_reach_over_the_place_from_both_sides() {
-        let [hinge, end] = jaws_at(Vec3::zeros(), -Vec3::z());
+        let [hinge, end] = jaws_at(Vec3::zeros(), -Vec3::z(), BITE);
         assert!(hinge.z > 0.0 && end.z < 0.0, "{hinge} {end}");
         assert!(((hinge - end).norm() - JAW_M).abs() < 1.0e-9);
     }

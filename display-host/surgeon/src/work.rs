@@ -19,6 +19,10 @@ use crate::{Seen, Theatre};
 pub(crate) const JAW_M: f64 = 0.015;
 /// Place of the vessel in the jaws, as a share of their length from the hinge.
 pub(crate) const BITE: f64 = 0.7;
+/// The same for the clip applier: the middle of the clip, which is the last 9 mm of jaws of 14 mm
+/// (`rt_core::procedure`). So both edges of the flattened vessel lie in the clip although the hand
+/// is off by `THERE_M`.
+const CLIP_BITE: f64 = 0.0095 / JAW_M;
 /// Withdrawal along the shaft before moving to another place, m.
 pub(crate) const BACK_M: f64 = 0.03;
 /// Withdrawal after which a hurried surgeon opens the jaws, m.
@@ -422,9 +426,17 @@ impl Work<'_> {
         joint + self.along() * JAW_M
     }
 
+    /// Place of a vessel in the present jaws, as a share of their length from the hinge.
+    pub(crate) fn bite_share(&self) -> f64 {
+        match self.seen.tools.has(Instrument::ClipApplier) {
+            true => CLIP_BITE,
+            false => BITE,
+        }
+    }
+
     /// Point of the jaws that takes a vessel, m.
     pub(crate) fn bite_at(&self) -> Vec3 {
-        self.tip() - self.along() * ((1.0 - BITE) * JAW_M)
+        self.tip() - self.along() * ((1.0 - self.bite_share()) * JAW_M)
     }
 
     /// The hook's bent end, from heel to end, m.
