@@ -159,18 +159,21 @@ pub(crate) fn prepare(recipe: &Recipe) -> Result<Prepared, Problem> {
 /// Prepares a scene as [`prepare`] does. It is the part `begin` to `end` of the whole progress.
 fn prepare_part(recipe: &Recipe, [begin, end]: [f64; 2]) -> Result<Prepared, Problem> {
     let start = std::time::Instant::now();
-    let mut said = std::time::Duration::from_millis(500);
-    Ok(scene_prepare::prepare(
-        recipe,
-        &mut |Progress { doing, done }| {
-            let elapsed = start.elapsed();
-            if elapsed >= said + std::time::Duration::from_millis(500) {
-                let percent = 100.0 * (begin + (end - begin) * done);
-                say::note(format_args!("preparing {percent:3.0} %  {doing}"));
-                said = elapsed;
-            }
-        },
-    )?)
+    let first = std::time::Duration::from_millis(500);
+    let mut said = first;
+    let prepared = scene_prepare::prepare(recipe, &mut |Progress { doing, done }| {
+        let elapsed = start.elapsed();
+        if elapsed >= said + std::time::Duration::from_millis(500) {
+            let percent = 100.0 * (begin + (end - begin) * done);
+            say::note(format_args!("preparing {percent:3.0} %  {doing}"));
+            said = elapsed;
+        }
+    })?;
+    // The last of the lines above may tell any share, and the launcher waits for the whole.
+    if said > first {
+        say::note(format_args!("preparing {:3.0} %", 100.0 * end));
+    }
+    Ok(prepared)
 }
 
 fn has_extension(path: &Path, extensions: &[&str]) -> bool {

@@ -48,7 +48,7 @@ pub use merge::{EXAMPLE_SQL, Merged, OtherOwner};
 pub use names::check_name;
 pub use open::{Store, new_id};
 pub use outbox::{Delivery, Outgoing};
-pub use questionnaire::{Answer, Item, ItemSummary, Questionnaire};
+pub use questionnaire::{Answer, Item, ItemSummary, NOT_APPLICABLE, Questionnaire};
 pub use schema::SCHEMA_VERSION;
 pub use sessions::{Circumstances, Hand, SessionRecord};
 pub use sheet::{GOALS, Rating};

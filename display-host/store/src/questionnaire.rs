@@ -11,10 +11,12 @@ use crate::text_file;
 
 /// Questionnaire of the paper, in our words.
 const BUILT_IN: &str = include_str!("questionnaire.toml");
+/// Answer to an item that does not apply to the trainee. It is not stored.
+pub const NOT_APPLICABLE: u8 = 0;
 /// Largest number of items of a questionnaire.
 const ITEMS_MAX: usize = 100;
 
-/// A questionnaire. Each item is answered with 1 to 5.
+/// A questionnaire. Each item is answered with 1 to 5, or with [`NOT_APPLICABLE`].
 #[derive(Debug, Clone, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Questionnaire {
@@ -129,10 +131,11 @@ impl Questionnaire {
 }
 
 impl Store {
-    /// Stores a trainee's answers, one for each item in order. They replace earlier answers.
+    /// Stores a trainee's answers, one for each item in order. They replace earlier answers. An
+    /// item that does not apply has no answer any more.
     ///
     /// # Errors
-    /// When the number of answers is wrong, an answer is not 1 to 5, or the name is invalid.
+    /// When the number of answers is wrong, an answer is not 0 to 5, or the name is invalid.
     pub fn answer(
         &mut self,
         name: &str,
@@ -148,17 +151,22 @@ impl Store {
             });
         }
         for (item, value) in questionnaire.items.iter().zip(answers) {
-            check_points(&item.id, *value)?;
+            check_answer(&item.id, *value)?;
         }
         let trainee = self.trainee_or_new(name)?;
         for (item, value) in questionnaire.items.iter().zip(answers) {
-            self.connection
-                .execute(
+            let changed = match *value {
+                NOT_APPLICABLE => self.connection.execute(
+                    "DELETE FROM answer WHERE trainee = ?1 AND questionnaire = ?2 AND item = ?3",
+                    params![trainee, questionnaire.name, item.id],
+                ),
+                _ => self.connection.execute(
                     "INSERT OR REPLACE INTO answer (trainee, questionnaire, item, value, at_unix_s) \
                      VALUES (?1, ?2, ?3, ?4, ?5)",
                     params![trainee, questionnaire.name, item.id, value, at_unix_s],
-                )
-                .map_err(|error| self.refused(error))?;
+                ),
+            };
+            changed.map_err(|error| self.refused(error))?;
         }
         Ok(())
     }
@@ -222,13 +230,13 @@ fn mean_and_sd(values: &[f64]) -> (Option<f64>, Option<f64>) {
     (Some(mean), sd)
 }
 
-fn check_points(what: &str, value: u8) -> Result<(), StoreError> {
+fn check_answer(what: &str, value: u8) -> Result<(), StoreError> {
     match value {
-        1..=5 => Ok(()),
+        NOT_APPLICABLE..=5 => Ok(()),
         _ => Err(StoreError::Value {
             what: what.to_owned(),
             value: value.to_string(),
-            allowed: "1 to 5".to_owned(),
+            allowed: "1 to 5, or 0: does not apply".to_owned(),
         }),
     }
 }

@@ -179,7 +179,10 @@ impl Store {
     }
 
     /// Name of the trainee to whom a session belongs, if it is in the store.
-    fn owner(&self, id: &str) -> Result<Option<String>, StoreError> {
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    pub fn owner(&self, id: &str) -> Result<Option<String>, StoreError> {
         let found = self.connection.query_row(
             "SELECT name FROM trainee JOIN session ON session.trainee = trainee.id WHERE session.id = ?1",
             [id],

@@ -43,6 +43,21 @@ fn session(began_unix_s: i64, task: &str, score: f64) -> SessionRecord {
 }
 
 #[test]
+fn the_last_trainee_is_that_of_the_newest_session() {
+    let (_folder, path) = folder();
+    let mut store = Store::open(&path).unwrap();
+    store
+        .answer("Zoe", &Questionnaire::default(), &[3; 14], 900)
+        .unwrap();
+    assert_eq!(store.last_trainee().unwrap(), None);
+    for (name, began_unix_s) in [("Ada", 100), ("Bo", 300), ("Ada", 200)] {
+        let session = session(began_unix_s, "cut", 40.0);
+        store.add_session(name, &session).unwrap();
+    }
+    assert_eq!(store.last_trainee().unwrap().as_deref(), Some("Bo"));
+}
+
+#[test]
 fn a_scripted_session_stays_marked_through_merge_and_export() {
     let (_folder, path) = folder();
     let (_other, other) = folder();
@@ -245,6 +260,13 @@ fn answers_are_summarised_beside_the_papers() {
     assert_eq!(summary[7].paper, Some([2.3, 0.82]));
     assert!(store.answer("Bo", &questions, &[4; 13], 2).is_err());
     assert!(store.answer("Bo", &questions, &[6; 14], 2).is_err());
+    // What does not apply has no answer, and takes an earlier one away.
+    let mut answers = [4; 14];
+    answers[7] = NOT_APPLICABLE;
+    store.answer("Bo", &questions, &answers, 4).unwrap();
+    let summary = store.summarise(&questions).unwrap();
+    assert_eq!((summary[6].count, summary[7].count), (2, 1));
+    assert_eq!(summary[7].mean, Some(3.0));
 }
 
 #[test]

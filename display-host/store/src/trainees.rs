@@ -81,6 +81,20 @@ impl Store {
         )
     }
 
+    /// Name of the trainee of the newest session. `None`: the store holds no session.
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    pub fn last_trainee(&self) -> Result<Option<String>, StoreError> {
+        let newest = self.rows(
+            "SELECT name FROM trainee JOIN session ON session.trainee = trainee.id \
+             ORDER BY began_unix_s DESC, session.id DESC LIMIT 1",
+            [],
+            |row| row.get(0),
+        )?;
+        Ok(newest.into_iter().next())
+    }
+
     /// Sets a trainee's cohort and consent as far as they are given, and adds the trainee if the
     /// name is new. An empty cohort means none. `at_unix_s` is the time of the statement: when
     /// stores are joined, the later statement counts.

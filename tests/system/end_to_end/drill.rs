@@ -146,7 +146,7 @@ fn the_endoscope_is_led_from_organ_to_organ_by_the_mouse() {
         (&"scope".into(), &"passed".into()),
         "{came_to:#}"
     );
-    screen.leave(desk, &mut launcher);
+    screen.leave_launcher(desk, &mut launcher);
     let output = launcher.finish();
     assert!(output.status.success(), "{}", said(&output));
 }
@@ -194,7 +194,7 @@ fn the_expert_shows_the_drill_and_counts_as_no_person() {
         (&"scripted".into(), &"passed".into()),
         "{came_to:#}"
     );
-    screen.leave(desk, &mut launcher);
+    screen.leave_launcher(desk, &mut launcher);
     let output = launcher.finish();
     assert!(output.status.success(), "{}", said(&output));
 }

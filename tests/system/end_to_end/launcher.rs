@@ -138,7 +138,7 @@ fn keyboard_leads_from_the_start_to_the_debrief() {
     assert_eq!(sheet["Tissue handling"], 3, "{sheet}");
 
     // Leave from the debrief or the problem screen to the start screen, then quit.
-    screen.leave(desk, &mut launcher);
+    screen.leave_launcher(desk, &mut launcher);
     let output = launcher.finish();
     assert!(output.status.success(), "{}", said(&output));
 }
@@ -176,7 +176,7 @@ fn an_operation_that_cannot_begin_leads_back_to_the_start() {
     screen.press(desk, "Return");
     let _ = screen.window("Calot: Operation did not start");
     // Leave from the debrief or the problem screen to the start screen, then quit.
-    screen.leave(desk, &mut launcher);
+    screen.leave_launcher(desk, &mut launcher);
     let output = launcher.finish();
     assert!(output.status.success(), "{}", said(&output));
     assert!(said(&output).contains("/nowhere/rig"), "{}", said(&output));

@@ -65,7 +65,7 @@ fn a_screen_reader_leads_from_the_start_to_the_debrief() {
     reader.work_until("Another task", || is_shown(&screen, "Calot: Start"));
     // The launcher has the settings that the operation's window kept.
     reader.work_until("Display and hand", || reader.shows("125 %"));
-    reader.work_until("Quit (Esc)", || launcher.ended().is_some());
+    reader.work_until("Quit (Ctrl+Q)", || launcher.ended().is_some());
     let output = launcher.finish();
     assert!(output.status.success(), "{}", said(&output));
     let listed = finish(calot().args(["store", "--store", text(&store), "list", "--json"]));

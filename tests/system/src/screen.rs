@@ -85,6 +85,15 @@ impl VirtualScreen {
         });
     }
 
+    /// Leaves the launcher's screens with Esc, and the launcher with Ctrl+Q.
+    pub fn leave_launcher(&self, window: &str, launcher: &mut Program) {
+        wait_until("the launcher's end by Ctrl+Q", || {
+            self.press(window, "Escape");
+            self.press(window, "ctrl+q");
+            launcher.ended().is_some()
+        });
+    }
+
     /// Destroys a window as another program would, without asking its owner.
     pub fn destroy(&self, window: &str) {
         self.tool(&["windowclose", window]);

@@ -132,6 +132,7 @@ hud-end = Zum Bericht (Esc)
 
 ## Die Leiste
 quit = Beenden (Esc)
+start-quit = Beenden (Strg+Q)
 alarm = Alarm: { $text }
 alarm-acknowledge = Quittieren (A)
 waiting-other-scene = Die Steuerung verwendet eine andere Szene.
@@ -359,6 +360,7 @@ station-file-wrong = { $path }, Zeile { $line }: { $problem }
 
 ## Während operiert wird
 running-preparing = Die Organe werden vorbereitet: { $percent } %
+running-preparing-title = Die Operation wird vorbereitet
 running-title = Die Operation läuft
 running-ending = Die Operation wird beendet
 running-note = Die Operation hat ein eigenes Fenster; dort beendet Esc sie. Danach erscheint hier die Nachbesprechung.
@@ -409,6 +411,7 @@ certificate-note = Diese Seite bescheinigt Übung an einem Simulator. Weder der 
 progress-levels = Alle Stufen
 progress-task = { $task }, { $difficulty }: { $passes } von { $needed } Mal in Folge bestanden
 debrief-machine = Für die Technik: Warnungen der Maschine
+debrief-machine-more = Warnungen zur Station: { $count }. Sie stehen in report.html, im Ordner der Sitzung.
 debrief-past = Frühere Sitzungen
 debrief-no-past = Noch keine frühere Sitzung zum Vergleich.
 debrief-metrics = Ergebnisse
@@ -425,7 +428,10 @@ sheet-not-whole = Bitte alle fünf Punkte bewerten.
 points-about = Name: { $name }
 points-number = { $number } von { $of }
 points-scale = 1: niedrigste Wertung. 5: höchste. Tasten 1 bis 5 drücken.
+points-not-applicable = Trifft auf mich nicht zu (0)
+points-kept = Ihre Bewertungen sind gespeichert.
 points-all = Alle Fragen sind beantwortet:
+points-skipped = –: trifft nicht zu
 points-keep = Speichern (Eingabe)
 points-previous = Vorige Frage (Rücktaste)
 points-back = Zurück, ohne zu speichern (Esc)
@@ -828,8 +834,10 @@ page-timing = Für die Technik: Zeitverhalten der Simulation
 page-timing-realtime = Von { $count } Takten zu 1000 µs endeten { $late } zu spät, und { $missed } fielen aus. Die Steuerung lief in Echtzeit.
 page-timing-otherwise = Von { $count } Takten zu 1000 µs endeten { $late } zu spät, und { $missed } fielen aus. Die Steuerung lief ohne Echtzeitpriorität.
 page-definitions = Wie die Ergebnisse gemessen werden
-page-definition = Definition (englisch)
+page-definition = Definition
+page-source-own = eigene
 advice-touched = Die Spitze im Blick behalten und beim ersten Widerstand anhalten. Das Gewebe zu sich ziehen, statt es wegzudrücken, und neben dieser Struktur arbeiten, nie gegen sie.
+advice-touched-board = Achten Sie auch auf den Schaft, nicht nur auf die Spitze: Er legt sich auf die Kante der Platte. Kommen Sie von der Seite der Optik, und führen Sie die Spitze erst tiefer, wenn der Schaft frei ist.
 advice-burnt = Erst die ganze blanke Spitze des Hakens sehen, dann das Pedal treten. Den Strang von dieser Struktur abheben und kurze Stöße mit Pausen geben: Hitze breitet sich aus.
 advice-cut = Die Branchen nur dort öffnen, wo beide Spitzen zu sehen sind und was zwischen ihnen liegt. Was nicht sicher zu erkennen ist, nicht schneiden.
 advice-torn = In Richtung des Gewebes und in kleinen Bewegungen ziehen. Hält es fest, loslassen und erst weiter lösen.

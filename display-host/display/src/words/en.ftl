@@ -132,6 +132,7 @@ hud-end = Show the report (Esc)
 
 ## The panel
 quit = Quit (Esc)
+start-quit = Quit (Ctrl+Q)
 alarm = Alarm: { $text }
 alarm-acknowledge = Acknowledge (A)
 waiting-other-scene = The controller runs a different scene.
@@ -359,6 +360,7 @@ station-file-wrong = { $path }, line { $line }: { $problem }
 
 ## While an operation runs
 running-preparing = The organs are being prepared: { $percent } %
+running-preparing-title = Preparing the operation
 running-title = Operation in progress
 running-ending = Ending the operation
 running-note = The operation has its own window; press Esc there to end it. The debrief then appears here.
@@ -409,6 +411,7 @@ certificate-note = This page certifies practice on a simulator. Nobody has valid
 progress-levels = All levels
 progress-task = { $task }, { $difficulty }: { $passes } of { $needed } passes in a row
 debrief-machine = For engineers: warnings of the machine
+debrief-machine-more = Warnings about the station: { $count }. They are in report.html, in the session's folder.
 debrief-past = Earlier sessions
 debrief-no-past = No earlier session to compare with.
 debrief-metrics = Results
@@ -425,7 +428,10 @@ sheet-not-whole = Rate all five items.
 points-about = Trainee: { $name }
 points-number = { $number } of { $of }
 points-scale = 1: lowest. 5: highest. Press a key from 1 to 5.
+points-not-applicable = Does not apply to me (0)
+points-kept = Your ratings are saved.
 points-all = All items are answered:
+points-skipped = –: does not apply
 points-keep = Save (Enter)
 points-previous = Previous item (Backspace)
 points-back = Back without saving (Esc)
@@ -829,7 +835,9 @@ page-timing-realtime = Of { $count } ticks of 1000 µs, { $late } ended too late
 page-timing-otherwise = Of { $count } ticks of 1000 µs, { $late } ended too late and { $missed } periods were missed. The controller ran without real-time priority.
 page-definitions = How the results are measured
 page-definition = Definition
+page-source-own = own
 advice-touched = Keep the tip in view and stop where you feel resistance. Draw the tissue towards you instead of pushing it away, and work beside this structure, never against it.
+advice-touched-board = Watch the shaft as well as the tip: it leans on the edge of the board. Come from the side of the endoscope, and lift the handle before the tip goes deeper.
 advice-burnt = See the whole bare tip of the hook before you press the pedal. Lift the strand clear of this structure, and give short bursts with pauses: heat spreads.
 advice-cut = Open the blades only where you see both of their tips and what lies between them. If you cannot tell what it is, do not cut.
 advice-torn = Pull along the tissue, with small movements. When it resists, let go and free it further first.

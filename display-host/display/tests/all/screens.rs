@@ -295,8 +295,7 @@ fn screens() -> Vec<(&'static str, Shown)> {
     let running = Screen::Running(Running {
         trainee: "Ada".into(),
         task: "disconnect".into(),
-        seconds: 64.0,
-        said: Some("calot rt: the tick goes on after 62 ms".into()),
+        preparing: Some("The organs are being prepared: 35 %".into()),
         ..Running::default()
     });
     let failed = Screen::Failed(Failed {

@@ -61,6 +61,7 @@ impl Desk {
                         debrief.sheet = Some(given.iter().map(|it| u32::from(*it)).sum());
                     }
                 }
+                self.note(self.view.words.say("points-kept"));
                 self.show_debrief();
             }
             (Ok(()), None) => self.show_start(),

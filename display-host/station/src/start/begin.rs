@@ -147,8 +147,7 @@ impl Desk {
             trainee: operation.form.trainee.clone(),
             watched: operation.watched,
             task: operation.form.task.clone(),
-            seconds: operation.seconds().floor(),
-            said: operation
+            preparing: operation
                 .last_lines()
                 .pop()
                 .and_then(|it| preparing(&self.view.words, &it)),
@@ -158,10 +157,13 @@ impl Desk {
     }
 }
 
-/// Progress of the preparation in the trainee's language. `None`: the line says something else.
+/// Progress of the preparation in the trainee's language. `None`: it is over, or the line says
+/// something else.
 fn preparing(words: &Words, line: &str) -> Option<String> {
     let (percent, _) = line.strip_prefix(PREPARING)?.split_once('%')?;
-    Some(words.say_with("running-preparing", &[("percent", percent.trim().into())]))
+    let percent = percent.trim();
+    let said = words.say_with("running-preparing", &[("percent", percent.into())]);
+    (percent != "100").then_some(said)
 }
 
 #[cfg(test)]
@@ -176,5 +178,7 @@ mod tests {
         let said = preparing(&german, "preparing  35 %  liver: packing 200 spheres");
         assert_eq!(said.as_deref(), Some("Die Organe werden vorbereitet: 35 %"));
         assert_eq!(preparing(&german, "wrote out/summary.json"), None);
+        let over = preparing(&german, "preparing 100 %");
+        assert_eq!(over, None, "the operation begins");
     }
 }

@@ -136,6 +136,7 @@ impl Desk {
             replay: None,
             over: false,
         };
+        desk.form.trainee = desk.last_trainee();
         desk.show_start();
         desk
     }
@@ -146,6 +147,12 @@ impl Desk {
         let path = self.store.as_ref();
         let path = path.ok_or_else(|| words.say("store-no-home"))?;
         Store::open_within(path, PATIENCE_FOR_STORE).map_err(|it| problem::of_store(words, &it))
+    }
+
+    /// Name of the trainee who was here last; empty, which stands for a guest, if nobody was.
+    fn last_trainee(&self) -> String {
+        let last = self.open_store().map(|store| store.last_trainee());
+        last.ok().and_then(Result::ok).flatten().unwrap_or_default()
     }
 
     fn do_as(&mut self, wish: Wish) {

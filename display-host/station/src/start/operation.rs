@@ -29,7 +29,6 @@ pub(super) struct Operation {
     pub(super) watched: bool,
     /// Folder of its session.
     pub(super) out: PathBuf,
-    began: Instant,
     last_lines: Arc<Mutex<VecDeque<String>>>,
     reader: Option<JoinHandle<()>>,
     /// Time of the request to end, if there was one.
@@ -76,17 +75,11 @@ impl Operation {
             form,
             watched,
             out,
-            began: Instant::now(),
             last_lines,
             reader,
             asked: None,
             seen: None,
         })
-    }
-
-    /// Time since the operation began, s.
-    pub(super) fn seconds(&self) -> f64 {
-        self.began.elapsed().as_secs_f64()
     }
 
     /// Last lines of the operation's output, oldest first.

@@ -105,14 +105,11 @@ pub(super) fn read(
             .collect(),
         report: report.exists().then(|| report.display().to_string()),
         sheet: sum(&sheet),
-        warnings: problem
-            .into_iter()
-            .chain(unrest(&summary, words))
-            .take(WARNINGS_MAX)
-            .collect(),
-        machine: other_warnings(&summary)
+        warnings: problem.into_iter().collect(),
+        machine: unrest(&summary, words)
             .into_iter()
             .take(WARNINGS_MAX)
+            .chain(others(&summary, words))
             .collect(),
         task,
         difficulty,
@@ -125,13 +122,6 @@ pub(super) fn read(
 pub(super) fn sum(sheet: &[(String, u8)]) -> Option<u32> {
     let points = sheet.iter().map(|(_, points)| u32::from(*points));
     (!sheet.is_empty()).then(|| points.sum())
-}
-
-/// Texts of a JSON array, without characters that cannot be printed.
-fn texts(value: &Value) -> Vec<String> {
-    let all = value.as_array().into_iter().flatten();
-    all.filter_map(|it| Some(session::printable(it.as_str()?)))
-        .collect()
 }
 
 /// Organs that fell, shook or hold the instrument inside, in the user's language.
@@ -150,16 +140,16 @@ fn unrest(summary: &Value, words: &Words) -> Vec<String> {
     all.filter_map(sentence).collect()
 }
 
-/// The run's warnings without those about organs, which [`unrest`] words.
-fn other_warnings(summary: &Value) -> Vec<String> {
+/// A sentence about the run's other warnings, if there are any. They are in English and for
+/// engineers, who find them in the page about the station.
+fn others(summary: &Value, words: &Words) -> Option<String> {
     let all = summary["unrest"].as_array().into_iter().flatten();
-    let known: Vec<_> = all
-        .filter_map(|it| it["warning"].as_str())
-        .map(session::printable)
-        .collect();
-    let mut warnings = texts(&summary["warnings"]);
-    warnings.retain(|it| !known.contains(it));
-    warnings
+    let known: Vec<_> = all.filter_map(|it| it["warning"].as_str()).collect();
+    let warnings = summary["warnings"].as_array().into_iter().flatten();
+    let others = warnings.filter(|it| it.as_str().is_some_and(|it| !known.contains(&it)));
+    let count = others.count();
+    let told = || words.say_with("debrief-machine-more", &[("count", count.into())]);
+    (count > 0).then(told)
 }
 
 /// Reasons for the outcome, without kinds that this program does not know.
@@ -324,7 +314,7 @@ mod tests {
         assert_eq!(debrief.lost, [("blood_ml".to_owned(), 4.5)]);
         assert!(!debrief.can_replay, "there is no recording");
         assert_eq!(debrief.report, None, "there is no page in the folder");
-        assert!(!debrief.machine[0].contains('\u{1b}'));
+        assert!(debrief.machine[0].contains("report.html"));
         let ruled = debrief.metrics.iter().take_while(|it| it.passes.is_some());
         assert!(ruled.count() >= 2, "{:?}", debrief.metrics);
         let named: std::collections::BTreeSet<_> =
@@ -347,7 +337,10 @@ mod tests {
             let debrief = read_it(folder.path(), trainee).unwrap().0;
             (debrief.warnings, debrief.machine)
         };
-        let late = vec!["late".to_owned()];
+        let late = vec![
+            "Warnings about the station: 1. They are in report.html, in the session's folder."
+                .to_owned(),
+        ];
         assert_eq!(
             warnings("Ada"),
             (vec!["it is in use".to_owned()], late.clone())

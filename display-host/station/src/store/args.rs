@@ -288,7 +288,7 @@ pub(crate) enum StoreCommand {
         /// Questionnaire (TOML) [default: the paper's fourteen items]
         #[arg(long, value_name = "FILE")]
         questionnaire: Option<PathBuf>,
-        /// Answers, 1 to 5 each, instead of asking, e.g. 3,4,2,…
+        /// Answers, 1 to 5 each, or 0 if the item does not apply, instead of asking, e.g. 3,4,0,…
         #[arg(long, value_name = "N,N,…", value_delimiter = ',')]
         answers: Vec<u8>,
         #[command(flatten)]

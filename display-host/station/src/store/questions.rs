@@ -3,7 +3,7 @@
 use std::io::{BufRead as _, Write as _};
 use std::path::Path;
 
-use store::{Questionnaire, Store};
+use store::{NOT_APPLICABLE, Questionnaire, Store};
 
 use crate::args::{NewTrainee, StoreFile};
 use crate::clock::now_unix_s;
@@ -71,10 +71,10 @@ fn questions(path: Option<&Path>) -> Result<Questionnaire, Problem> {
     Ok(Questionnaire::read(path)?)
 }
 
-/// Asks in the terminal until each answer is 1 to 5.
+/// Asks in the terminal until each answer is 0 to 5.
 fn ask(questions: &Questionnaire) -> Result<Vec<u8>, Problem> {
     say::note(format_args!(
-        "{}: 1 (not at all) to 5 (very)",
+        "{}: 1 (not at all) to 5 (very), 0 if it does not apply to you",
         questions.title
     ));
     let mut lines = std::io::stdin().lock().lines();
@@ -89,11 +89,11 @@ fn ask(questions: &Questionnaire) -> Result<Vec<u8>, Problem> {
                 .next()
                 .ok_or("the input ended before the last answer; nothing is stored")??;
             match line.trim().parse() {
-                Ok(answer @ 1..=5) => {
+                Ok(answer @ NOT_APPLICABLE..=5) => {
                     answers.push(answer);
                     break;
                 }
-                _ => say::note("please type a number from 1 to 5"),
+                _ => say::note("please type a number from 0 to 5"),
             }
         }
     }

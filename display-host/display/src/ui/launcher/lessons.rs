@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use assess::Reason;
+use assess::report::advice;
 use egui::{ColorImage, Id, RichText, TextureHandle, TextureOptions, Ui};
 
 use super::{Wish, minutes};
@@ -120,7 +121,7 @@ fn one(ui: &mut Ui, words: &Words, can_replay: bool, lesson: &LessonView, wishes
     };
     let text = |ui: &mut Ui, wishes: &mut Vec<Wish>| {
         line(ui, Mark::Bad, &title);
-        let advice = format!("advice-{}", lesson.note.kind.replace('_', "-"));
+        let advice = advice(&lesson.note.kind, lesson.note.organ.as_deref());
         next_time(ui, words, &advice);
         moments(ui, words, can_replay, lesson, wishes);
     };

@@ -82,7 +82,7 @@ pub enum Wish {
     Certificate,
     /// Open the questionnaire or the sheet.
     Ask(Asking),
-    /// Rate the present item.
+    /// Rate the present item; 0: it does not apply.
     Answer(u8),
     /// Return to the previous item.
     Previous,

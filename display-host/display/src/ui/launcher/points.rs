@@ -26,7 +26,7 @@ pub struct Points {
     pub trainee: String,
     /// Name of each item, and its text for languages without a translation.
     pub items: Vec<(String, String)>,
-    /// Ratings, as far as given.
+    /// Ratings, as far as given; 0: the item does not apply.
     pub given: Vec<Option<u8>>,
     /// Index of the present item; after the last item, the number of items.
     pub at: usize,
@@ -35,6 +35,11 @@ pub struct Points {
 }
 
 impl Points {
+    /// True if an item may be left out. Each item of an instructor's sheet has its points.
+    fn may_skip(&self) -> bool {
+        self.asking == Asking::Questions
+    }
+
     /// Title of the form.
     #[must_use]
     pub fn title(&self, words: &Words) -> String {
@@ -78,8 +83,12 @@ pub(super) fn show(ui: &mut Ui, words: &Words, points: &Points, wishes: &mut Vec
         let Some(item) = item else {
             ui.label(words.say("points-all"));
             for (item, given) in points.items.iter().zip(&points.given) {
+                let given = given.filter(|it| *it > 0);
                 let given = given.map_or_else(|| "–".to_owned(), |it| it.to_string());
                 ui.label(format!("{given}   {}", points.text(words, item)));
+            }
+            if points.given.contains(&Some(0)) {
+                ui.label(words.say("points-skipped"));
             }
             return;
         };
@@ -105,18 +114,34 @@ pub(super) fn show(ui: &mut Ui, words: &Words, points: &Points, wishes: &mut Vec
             }
         });
         ui.label(words.say("points-scale"));
+        if points.may_skip() {
+            ui.add_space(8.0);
+            let text = words.say("points-not-applicable");
+            let button = egui::Button::selectable(given == Some(0), text);
+            if ui.add(button.frame_when_inactive(true)).clicked() {
+                wishes.push(Wish::Answer(0));
+            }
+        }
     });
 }
 
 fn keys(ui: &Ui, points: &Points, wishes: &mut Vec<Wish>) {
-    let numbers = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5];
+    let numbers = [
+        Key::Num0,
+        Key::Num1,
+        Key::Num2,
+        Key::Num3,
+        Key::Num4,
+        Key::Num5,
+    ];
+    let least = usize::from(!points.may_skip());
     let mut left = points.items.len() - points.at.min(points.items.len());
     let is_answered = left == 0;
     for key in typed(ui) {
         let number = numbers.iter().position(|it| *it == key);
         match number {
-            Some(number) if left > 0 => {
-                wishes.push(Wish::Answer(number as u8 + 1));
+            Some(number) if left > 0 && number >= least => {
+                wishes.push(Wish::Answer(number as u8));
                 left -= 1;
             }
             // Enter was typed before the button is on the screen. Later the button itself takes

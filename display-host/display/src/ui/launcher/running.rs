@@ -2,7 +2,7 @@
 
 use egui::{Key, RichText, Ui};
 
-use super::{Wish, minutes, pressed, screen};
+use super::{Wish, pressed, screen};
 use crate::ui::names;
 use crate::ui::screens::title;
 use crate::words::Words;
@@ -16,10 +16,8 @@ pub struct Running {
     pub watched: bool,
     /// Name of the task.
     pub task: String,
-    /// Time since the operation's start, s.
-    pub seconds: f64,
-    /// Last message of the operation.
-    pub said: Option<String>,
+    /// Progress of the organs' preparation, while it lasts.
+    pub preparing: Option<String>,
     /// True if it was asked to end.
     pub ending: bool,
     /// True if the operation has had time to end. The user may then stop it without a report.
@@ -42,10 +40,10 @@ pub(super) fn show(ui: &mut Ui, words: &Words, running: &Running, wishes: &mut V
     screen(ui, "running", None, buttons.as_slice(), wishes, |ui, _| {
         ui.add_space(0.2 * ui.available_height());
         ui.vertical_centered(|ui| {
-            let id = if running.ending {
-                "running-ending"
-            } else {
-                "running-title"
+            let id = match (running.ending, &running.preparing) {
+                (true, _) => "running-ending",
+                (false, Some(_)) => "running-preparing-title",
+                (false, None) => "running-title",
             };
             title(ui, &words.say(id));
             ui.label(words.say(&format!("task-{}", running.task)));
@@ -54,11 +52,9 @@ pub(super) fn show(ui: &mut Ui, words: &Words, running: &Running, wishes: &mut V
             } else if !running.trainee.is_empty() {
                 ui.label(names::drawn(&running.trainee));
             }
-            let time = minutes(running.seconds);
-            ui.label(words.say_with("task-time", &[("time", time.into())]));
             ui.add_space(12.0);
             ui.label(words.say("running-note"));
-            if let Some(said) = &running.said {
+            if let Some(said) = &running.preparing {
                 ui.add_space(12.0);
                 ui.label(RichText::new(said).weak());
             }

@@ -141,6 +141,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, start: &Start, wishes: &mut Vec<W
         if pressed(ui, Key::N) {
             ui.memory_mut(|memory| memory.request_focus(name));
             seeks_name = true;
+            form.trainee.clear();
             // The letter that selected the field is not part of the name.
             ui.input_mut(|input| {
                 input
@@ -153,7 +154,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, start: &Start, wishes: &mut Vec<W
     if is_shown {
         buttons.push((words.say("start-watch"), Wish::Watch));
     }
-    buttons.push((words.say("quit"), Wish::Quit));
+    buttons.push((words.say("start-quit"), Wish::Quit));
     screen(ui, "start", Some(0), &buttons, wishes, |ui, wishes| {
         if start.is_first {
             first(ui, words, wishes);
@@ -229,7 +230,9 @@ fn keys(ui: &Ui, start: &Start, form: &mut StartForm, wishes: &mut Vec<Wish>) {
             form.task.clone_from(task);
         }
     }
-    if pressed(ui, Key::Escape) {
+    // Esc leaves every other screen, so a person who presses it once more than needed stays here.
+    let quits = |input: &mut egui::InputState| input.consume_key(egui::Modifiers::COMMAND, Key::Q);
+    if ui.input_mut(quits) {
         wishes.push(Wish::Quit);
     }
 }
@@ -263,13 +266,24 @@ fn trainee(
         });
     ui.horizontal(|ui| {
         let new = ui.label(words.say("start-new-name"));
-        let field = TextEdit::singleline(&mut form.trainee)
+        // The field is for a person who is not in the list: it is empty while one of the list is
+        // chosen, and who begins to write is another person.
+        let writes = ui.memory(|memory| memory.has_focus(name));
+        let is_listed = !writes && start.trainees.contains(&form.trainee);
+        let mut own = match is_listed {
+            true => String::new(),
+            false => form.trainee.clone(),
+        };
+        let field = TextEdit::singleline(&mut own)
             .id(name)
             .char_limit(64)
             .desired_width(f32::INFINITY);
         let field = ui.add(field).labelled_by(new.id).labelled_by(label.id);
         if seeks_name {
             field.scroll_to_me(None);
+        }
+        if field.changed() || is_listed && field.gained_focus() {
+            form.trainee = own;
         }
     });
     names::warn(ui, words, &form.trainee);
