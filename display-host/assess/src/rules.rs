@@ -54,6 +54,8 @@ pub struct Rules {
     exam: Vec<Condition>,
     tasks: BTreeMap<&'static str, TaskRules>,
     references: Vec<Reference>,
+    /// Translations of sources and of `who`, by the language's code and the file's text.
+    translations: BTreeMap<String, BTreeMap<String, String>>,
 }
 
 impl Default for Rules {
@@ -94,6 +96,7 @@ impl Default for Rules {
             exam: Vec::new(),
             tasks: BTreeMap::new(),
             references: Vec::new(),
+            translations: BTreeMap::new(),
         })
     }
 }
@@ -221,6 +224,7 @@ impl Rules {
             references: (file.reference.iter())
                 .map(|reference| check.reference(reference))
                 .collect::<Result<_, _>>()?,
+            translations: file.translation,
         })
     }
 

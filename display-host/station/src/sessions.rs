@@ -51,6 +51,28 @@ fn find_within(
     .into())
 }
 
+/// Name of the trainee of a session that somebody typed and that was found at this path, if the
+/// store knows the session.
+pub(crate) fn trainee(typed: &Path, found: &Path) -> Option<String> {
+    trainee_within(typed, found, &StoreFile::default())
+}
+
+fn trainee_within(typed: &Path, found: &Path, store: &StoreFile) -> Option<String> {
+    let store = store.read_if_any().ok()??;
+    let folder = if found.is_dir() {
+        found
+    } else {
+        found.parent()?
+    };
+    // The folder's name may differ from the id under which the store keeps the session.
+    let told = std::fs::read(folder.join("summary.json")).ok();
+    let told = told.and_then(|it| serde_json::from_slice::<serde_json::Value>(&it).ok());
+    let told = told.and_then(|it| Some(it.get("session")?.as_str()?.to_owned()));
+    let typed = typed.to_str().map(str::to_owned);
+    let mut ids = [typed, told].into_iter().flatten();
+    ids.find_map(|id| store.owner(&id).ok().flatten())
+}
+
 /// Folder of a stored session's recording, or the file if it lies in no folder of its own. `None`:
 /// the session has no recording.
 fn folder_of(session: &SessionRecord) -> Option<PathBuf> {
@@ -137,6 +159,18 @@ mod tests {
         }
         let nobody = find(Path::new("none")).unwrap_err().to_string();
         assert!(nobody.contains("calot store list NAME"), "{nobody}");
+        // Its page names the trainee, whichever way the session was named.
+        let summary = format!("{{\"session\": \"{ID}\"}}");
+        std::fs::write(kept.join("summary.json"), summary).unwrap();
+        for (typed, found) in [
+            (Path::new(ID), &kept),
+            (Path::new(name), &kept),
+            (&recording, &recording),
+        ] {
+            let trainee = trainee_within(typed, found, &file);
+            assert_eq!(trainee.as_deref(), Some("Ada"), "{}", typed.display());
+        }
+        assert_eq!(trainee_within(home.path(), home.path(), &file), None);
         std::fs::remove_dir_all(&kept).unwrap();
         let gone = find(Path::new(ID)).unwrap_err().to_string();
         assert!(

@@ -56,7 +56,17 @@ impl Lesson {
     /// Id of the message that says how to avoid the error.
     #[must_use]
     pub fn advice(&self) -> String {
-        format!("advice-{}", self.kind.name().replace('_', "-"))
+        advice(self.kind.name(), self.organ.as_deref())
+    }
+}
+
+/// Id of the message that says how to avoid an error, by the kind's name in `summary.json` and the
+/// organ. The board of the drills is no tissue that could be drawn aside.
+#[must_use]
+pub fn advice(kind: &str, organ: Option<&str>) -> String {
+    match (kind, organ) {
+        ("touched", Some("board")) => "advice-touched-board".to_owned(),
+        _ => format!("advice-{}", kind.replace('_', "-")),
     }
 }
 
@@ -83,5 +93,7 @@ mod tests {
         assert_eq!(of, [&[2][..], &[1, 3], &[0]]);
         assert_eq!(lessons[0].advice(), "advice-burnt");
         assert_eq!(Lesson::of(&[]), []);
+        let board = Lesson::of(&[alarm(AlarmKind::Touched, "board")]);
+        assert_eq!(board[0].advice(), "advice-touched-board");
     }
 }

@@ -14,7 +14,7 @@ mod words;
 pub use case::Case;
 pub use close::{CLOSE_SIZE, close_picture};
 pub use drawing::{LANES, learning_curve};
-pub use lesson::Lesson;
+pub use lesson::{Lesson, advice};
 pub use outline::Outlines;
 pub use page::{html, in_shell};
 pub use words::Words;

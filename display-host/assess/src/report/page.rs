@@ -94,6 +94,21 @@ impl Page<'_> {
         }
     }
 
+    /// Name and value of a metric, with its unit behind the value.
+    fn told(&self, name: &str, value: f64) -> String {
+        let title = escape(&self.words.metric(name));
+        let metric = Metric::from_name(name);
+        let number = |value: f64| self.words.number(value, usize::from(value < 100.0));
+        let value = match metric.map(Metric::unit) {
+            Some("n") => self.words.number(value, 0),
+            Some("deg") => format!("{}°", number(value)),
+            _ if metric.is_some_and(Metric::is_share) => format!("{} %", number(100.0 * value)),
+            None | Some("1") => number(value),
+            Some(unit) => format!("{} {unit}", number(value)),
+        };
+        format!("{title}: {value}")
+    }
+
     /// A mark and a word for yes or no.
     fn answer(&self, yes: bool) -> String {
         match yes {
@@ -211,7 +226,7 @@ fn one(page: &mut Page<'_>, chapter: &Chapter) {
     verdict(page, chapter);
     lessons::write(page, chapter);
     acts::write(page, chapter);
-    judged::injuries(page, &it.injuries);
+    judged::injuries(page, chapter);
     judged::pass_rules(page, chapter);
     judged::points(page, chapter);
     judged::critical_view(page, chapter);
@@ -235,6 +250,7 @@ fn one(page: &mut Page<'_>, chapter: &Chapter) {
     compared::metrics(page, chapter);
     asides::sources(page);
     asides::replays(page);
+    unrest(page, &it.moments);
     asides::ticks(page, chapter);
     asides::technical(page, chapter);
 }
@@ -280,12 +296,11 @@ fn verdict(page: &mut Page<'_>, chapter: &Chapter) {
     // The table of the steps, below, shows which ones are open.
     let reasons = it.reasons.iter().filter(|it| it.open_step().is_none());
     for reason in reasons {
-        let reason = escape(&page.words.reason(reason));
+        let reason = escape(&sentence(&page.words.reason(reason)));
         page.add(format_args!("<br>{reason}"));
     }
     page.add(format_args!("</p>"));
     asides::restarts(page, &it.metrics);
-    unrest(page, &it.moments);
     if !it.steps.is_empty() {
         page.columns(&["<page-step", "page-done"]);
         for (step, done) in &it.steps {
@@ -297,8 +312,10 @@ fn verdict(page: &mut Page<'_>, chapter: &Chapter) {
 }
 
 /// Writes which organs fell or shook, and in which organ the instrument lay at its device's first
-/// sample, or at the first after a gap. None of this is the trainee's fault.
+/// sample, or at the first after a gap. None of this is the trainee's fault, so it is folded, among
+/// the notes for engineers.
 fn unrest(page: &mut Page<'_>, moments: &[Moment]) {
+    let mut told = String::new();
     for moment in moments {
         let id = match moment.what.as_str() {
             "fall" => "page-fell",
@@ -311,6 +328,19 @@ fn unrest(page: &mut Page<'_>, moments: &[Moment]) {
             .organ(moment.organ.as_deref().unwrap_or_default());
         let [at, by] = [moment.at_s, f64::from(moment.value) * 1e3].map(|it| format!("{it:.0}"));
         let text = page.say_with(id, &[("at", &at), ("organ", &organ), ("by", &by)]);
-        page.add(format_args!("<p class=\"bad\">{text}</p>"));
+        told += &format!("<p>{text}</p>");
     }
+    if !told.is_empty() {
+        let title = page.say("debrief-machine");
+        page.add(format_args!(
+            "<details><summary>{title}</summary>{told}</details>"
+        ));
+    }
+}
+
+/// A text with a capital letter at its beginning.
+fn sentence(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().into_iter().flat_map(char::to_uppercase);
+    first.chain(letters).collect()
 }

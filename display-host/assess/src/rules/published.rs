@@ -80,6 +80,14 @@ impl Rules {
             .unwrap_or(NO_SOURCE)
     }
 
+    /// A source or a `who` of these rules in the language of this code. It stays as it is if the
+    /// rules have no translation.
+    #[must_use]
+    pub fn said<'a>(&'a self, code: &str, text: &'a str) -> &'a str {
+        let known = self.translations.get(code).and_then(|it| it.get(text));
+        known.map_or(text, String::as_str)
+    }
+
     /// Published values for a task.
     pub fn references(&self, task: Task) -> impl Iterator<Item = &Reference> {
         self.references.iter().filter(move |it| it.task == task)

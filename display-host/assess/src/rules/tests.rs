@@ -303,6 +303,37 @@ fn rules_and_published_values_say_where_they_come_from() {
     }
 }
 
+/// Texts under these keys, anywhere in a file.
+fn texts_of(value: &toml::Value, keys: &[&str], found: &mut Vec<String>) {
+    match value {
+        toml::Value::Table(table) => {
+            for (key, value) in table {
+                match value.as_str() {
+                    Some(text) if keys.contains(&key.as_str()) => found.push(text.to_owned()),
+                    _ => texts_of(value, keys, found),
+                }
+            }
+        }
+        toml::Value::Array(all) => all.iter().for_each(|it| texts_of(it, keys, found)),
+        _ => {}
+    }
+}
+
+#[test]
+fn sources_are_told_in_german_too() {
+    let rules = Rules::default();
+    let mut texts = Vec::new();
+    let file: toml::Value = toml::from_str(BUILT_IN).unwrap();
+    texts_of(&file, &["source", "time_source", "who"], &mut texts);
+    assert!(texts.len() > 20, "{}", texts.len());
+    // Some are nothing but names and numbers.
+    for text in texts.iter().filter(|it| !it.starts_with("10.1007/")) {
+        assert_ne!(rules.said("de", text), text);
+        assert_eq!(rules.said("en", text), text);
+    }
+    assert_eq!(rules.said("de", "another source"), "another source");
+}
+
 #[test]
 fn the_endoscope_drill_is_scored_by_its_camera_whatever_the_file() {
     let tables: Vec<&str> = BUILT_IN.split("\n\n").collect();

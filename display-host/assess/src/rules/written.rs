@@ -28,6 +28,9 @@ pub(super) struct File {
     pub(super) task: BTreeMap<Spanned<String>, Task>,
     #[serde(default)]
     pub(super) reference: Vec<Reference>,
+    /// Texts in other languages: the language's code, the text of this file, and its translation.
+    #[serde(default)]
+    pub(super) translation: BTreeMap<String, BTreeMap<String, String>>,
 }
 
 #[derive(Deserialize)]

@@ -58,6 +58,14 @@ impl Language {
             Self::German => include_str!("de.ftl"),
         }
     }
+
+    /// Definitions of the metrics; empty for English, in which the assessment itself has them.
+    const fn definitions(self) -> &'static str {
+        match self {
+            Self::English => "",
+            Self::German => include_str!("definitions.de.ftl"),
+        }
+    }
 }
 
 /// The words of one language. Cheap to clone.
@@ -79,9 +87,10 @@ impl Words {
         // Isolation marks are for mixed text directions, which do not occur.
         bundle.set_use_isolating(false);
         // An invalid message is left out; a test finds it. The other messages stay usable.
-        let (Ok(resource) | Err((resource, _))) =
-            FluentResource::try_new(language.source().to_owned());
-        bundle.add_resource_overriding(resource);
+        for source in [language.source(), language.definitions()] {
+            let (Ok(resource) | Err((resource, _))) = FluentResource::try_new(source.to_owned());
+            bundle.add_resource_overriding(resource);
+        }
         Self {
             language,
             bundle: Arc::new(bundle),

@@ -248,6 +248,18 @@ mod tests {
     }
 
     #[test]
+    fn every_metric_is_defined_in_german() {
+        let german = Words::new(Language::German);
+        for metric in assess::Metric::ALL {
+            let id = format!("definition-{}", metric.name().replace('_', "-"));
+            assert!(german.has(&id), "{id}");
+        }
+        let page = html(&[chapter(Task::Clamp)], &german);
+        assert!(page.contains("Zeit der Aufgabe. Pausen"));
+        assert!(!page.contains("(englisch)") && !page.contains("of operations"));
+    }
+
+    #[test]
     fn points_lost_without_an_alarm_have_advice() {
         for language in Language::ALL {
             let words = Words::new(language);

@@ -62,8 +62,8 @@ pub(crate) fn run(args: &ReportArgs) -> Result<ExitCode, Problem> {
     let words = Words::new(LanguageName::or_users(args.language));
     let mut chapters = Vec::new();
     let (mut found, mut whole) = (Vec::new(), true);
-    for session in &args.sessions {
-        let session = &sessions::find(session)?;
+    for typed in &args.sessions {
+        let session = &sessions::find(typed)?;
         let Found {
             mut chapter,
             left_out,
@@ -71,6 +71,9 @@ pub(crate) fn run(args: &ReportArgs) -> Result<ExitCode, Problem> {
             wanted,
             ..
         } = chapter(session, rules.as_ref(), args.task)?;
+        if !chapter.is_scripted {
+            chapter.trainee = sessions::trainee(typed, session);
+        }
         if args.pictures {
             let drawn = pictures::draw(&file, &wanted, &words)?;
             let drawn = drawn.into_iter().map(|it| (it.caption, it.png));

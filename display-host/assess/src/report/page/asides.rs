@@ -61,17 +61,31 @@ pub(super) fn ticks(page: &mut Page<'_>, chapter: &Chapter) {
 /// Writes the sources of the chapter's rules, folded: they are for those who examine the rules.
 pub(super) fn sources(page: &mut Page<'_>) {
     let sources = core::mem::take(&mut page.sources);
-    folded(page, "page-sources", &sources, ["page-rule", "page-source"]);
+    folded(
+        page,
+        "page-sources",
+        &sources,
+        ["page-rule", "page-source"],
+        "",
+    );
 }
 
 /// Writes the commands that replay the errors, folded: a trainee uses the window.
 pub(super) fn replays(page: &mut Page<'_>) {
     let replays = core::mem::take(&mut page.replays);
-    folded(page, "page-replays", &replays, ["page-time", "page-replay"]);
+    let english = " lang=\"en\"";
+    folded(
+        page,
+        "page-replays",
+        &replays,
+        ["page-time", "page-replay"],
+        english,
+    );
 }
 
-/// Writes a table of two columns that is folded at first.
-fn folded(page: &mut Page<'_>, title: &str, rows: &[[String; 2]], heads: [&str; 2]) {
+/// Writes a table of two columns that is folded at first. `is_in` is the attribute of the right
+/// column's language, if it is not the page's.
+fn folded(page: &mut Page<'_>, title: &str, rows: &[[String; 2]], heads: [&str; 2], is_in: &str) {
     if rows.is_empty() {
         return;
     }
@@ -81,7 +95,7 @@ fn folded(page: &mut Page<'_>, title: &str, rows: &[[String; 2]], heads: [&str; 
     ));
     for [left, right] in rows {
         page.add(format_args!(
-            "<tr><td>{left}<td class=\"l\" lang=\"en\">{right}</tr>"
+            "<tr><td>{left}<td class=\"l\"{is_in}>{right}</tr>"
         ));
     }
     page.add(format_args!("</table></details>"));
@@ -196,7 +210,8 @@ pub(super) fn not_counted(page: &mut Page<'_>, values: &Values) {
     }
 }
 
-/// Writes the definitions, which are in English: they are part of the program's documentation.
+/// Writes the definitions in the reader's language. If it has none, those of the program's
+/// documentation, in English.
 pub(super) fn definitions(page: &mut Page<'_>) {
     let [title, metric, definition, source] = [
         page.say("page-definitions"),
@@ -210,10 +225,18 @@ pub(super) fn definitions(page: &mut Page<'_>) {
     ));
     for metric in Metric::ALL {
         let name = page.named(metric.name());
+        let own = format!("definition-{}", metric.name().replace('_', "-"));
+        let (is_in, text) = match page.words.has(&own) {
+            true => ("", page.say(&own)),
+            false => (" lang=\"en\"", escape(metric.definition())),
+        };
+        // Other sources are names of products and publications.
+        let source = match metric.source() {
+            "own" => page.say("page-source-own"),
+            source => escape(source),
+        };
         page.add(format_args!(
-            "<tr><td>{name}<td class=\"l\" lang=\"en\">{}<td class=\"l\" lang=\"en\">{}</tr>",
-            escape(metric.definition()),
-            escape(metric.source())
+            "<tr><td>{name}<td class=\"l\"{is_in}>{text}<td class=\"l\">{source}</tr>"
         ));
     }
     page.add(format_args!("</table></details>"));

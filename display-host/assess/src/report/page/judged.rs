@@ -12,7 +12,8 @@ use crate::task::Task;
 use crate::view::{Shares, Shown};
 
 /// Writes the injuries: time, structure, kind, cause and consequence of each.
-pub(super) fn injuries(page: &mut Page<'_>, injuries: &[Injury]) {
+pub(super) fn injuries(page: &mut Page<'_>, chapter: &Chapter) {
+    let injuries: &[Injury] = &chapter.assessed.injuries;
     if injuries.is_empty() {
         return;
     }
@@ -55,7 +56,7 @@ pub(super) fn injuries(page: &mut Page<'_>, injuries: &[Injury]) {
             "<tr><td>{at} s<td class=\"l\">{organ}<td class=\"l\">{kind}<td class=\"l\">{cause}<td \
              class=\"l\">{consequence}</tr>"
         ));
-        keep_source(page, format!("{organ}: {kind}"), &injury.source);
+        keep_source(page, chapter, format!("{organ}: {kind}"), &injury.source);
     }
     page.add(format_args!("</table>"));
     if injuries.iter().any(|it| it.severity > Severity::Minor) {
@@ -109,26 +110,27 @@ pub(super) fn pass_rules(page: &mut Page<'_>, chapter: &Chapter) {
         page.add(format_args!(
             "<tr><td>{name}<td>{value}<td>{asked}<td>{met}</tr>"
         ));
-        keep_source(page, format!("{name}: {asked}"), rule.source);
+        keep_source(page, chapter, format!("{name}: {asked}"), rule.source);
     }
     let note = page.say("page-pass-and-proficiency");
     page.add(format_args!("</table><p class=\"lead\">{note}</p>"));
 }
 
 /// Keeps the source of a rule for the table of sources at the end of the chapter.
-fn keep_source(page: &mut Page<'_>, rule: String, text: &str) {
-    let source = source(page, text);
+fn keep_source(page: &mut Page<'_>, chapter: &Chapter, rule: String, text: &str) {
+    let source = source(page, chapter, text);
     let kept = [rule, source];
     if !page.sources.contains(&kept) {
         page.sources.push(kept);
     }
 }
 
-/// Source of a rule as the rules file has it, or a text that says that there is none.
-fn source(page: &Page<'_>, text: &str) -> String {
+/// Source of a rule as the rules file has it, in the reader's language if the file can, or a text
+/// that says that there is none.
+fn source(page: &Page<'_>, chapter: &Chapter, text: &str) -> String {
     match text {
         "" | NO_SOURCE => page.say("page-no-source"),
-        text => escape(text),
+        text => escape(chapter.rules.said(page.words.code(), text)),
     }
 }
 
@@ -163,7 +165,7 @@ pub(super) fn points(page: &mut Page<'_>, chapter: &Chapter) {
         page.add(format_args!("<tr><td>{name}<td>{value}<td>{points}</tr>"));
         let source = chapter.rules.weight_source(it.task, lost.metric);
         let rule = format!("{name}: {}", page.say("page-points"));
-        keep_source(page, rule, source);
+        keep_source(page, chapter, rule, source);
     }
     page.add(format_args!("</table>"));
 }
@@ -187,14 +189,16 @@ pub(super) fn published(page: &mut Page<'_>, chapter: &Chapter) {
         "<page-of-whom",
         "<page-source",
     ]);
+    let said = |text: &str| escape(chapter.rules.said(page.words.code(), text));
     for reference in references {
         let name = page.named(reference.metric.name());
         let here = page.shown(&it.metrics, reference.metric);
         page.add(format_args!(
-            "<tr><td>{name}<td>{here}<td>{}<td class=\"l\" lang=\"en\">{}<td class=\"l\" lang=\"en\">{}</tr>",
-            reference.value,
-            escape(&reference.who),
-            escape(&reference.source)
+            "<tr><td>{name}<td>{here}<td>{}<td class=\"l\">{}<td class=\"l\">{}</tr>",
+            page.words
+                .number(reference.value, decimals(reference.value)),
+            said(&reference.who),
+            said(&reference.source)
         ));
     }
     page.add(format_args!("</table>"));
@@ -246,7 +250,7 @@ pub(super) fn critical_view(page: &mut Page<'_>, chapter: &Chapter) {
         view_shown(page, side, shown);
     }
     if let Some(rule) = chapter.rules.view() {
-        view_rule(page, rule);
+        view_rule(page, chapter, rule);
     }
 }
 
@@ -273,12 +277,12 @@ fn view_shown(page: &mut Page<'_>, side: &str, shown: Option<Shown>) {
 }
 
 /// Writes the limits that a view must meet to count, and their source.
-fn view_rule(page: &mut Page<'_>, rule: &ViewRule) {
+fn view_rule(page: &mut Page<'_>, chapter: &Chapter, rule: &ViewRule) {
     let seconds = page.words.number(rule.hold_s, decimals(rule.hold_s));
     let limits =
         [&rule.front, &rule.behind].map(|it| [it.triangle, it.lower_bed, it.two].map(percent));
     let [[a, b, c], [d, e, f]] = &limits;
-    let from = source(page, rule.source.as_deref().unwrap_or(NO_SOURCE));
+    let from = source(page, chapter, rule.source.as_deref().unwrap_or(NO_SOURCE));
     let text = page.say_with(
         "page-view-rule",
         &[

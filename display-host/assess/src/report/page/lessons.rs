@@ -4,7 +4,7 @@
 use base64::Engine as _;
 use figures::html::escape;
 
-use super::Page;
+use super::{Page, sentence};
 use crate::metrics::Metric;
 use crate::report::close::{close_picture, png};
 use crate::report::lesson::Lesson;
@@ -31,7 +31,10 @@ pub(super) fn write(page: &mut Page<'_>, chapter: &Chapter) {
     }
     if let Some(step) = open {
         let [what, next, place] = [
-            page.say_with("reason-not-done", &[("step", &page.words.step(step))]),
+            escape(&sentence(&page.words.say_with(
+                "reason-not-done",
+                &[("step", &page.words.step(step))],
+            ))),
             page.say("page-next-time"),
             escape(&page.words.place(step)),
         ];
@@ -105,7 +108,7 @@ fn lost(page: &mut Page<'_>, chapter: &Chapter) {
         }
         let points = page.words.number(lost.points, 1);
         let [name, points, next, advice] = [
-            page.named(lost.metric),
+            page.told(lost.metric, lost.value),
             page.say_with("page-cost", &[("points", &points)]),
             page.say("page-next-time"),
             page.say(&advice),
@@ -133,7 +136,7 @@ fn unmet(page: &mut Page<'_>, chapter: &Chapter) {
             continue;
         }
         let [what, next, advice] = [
-            escape(&page.words.reason(reason)),
+            escape(&sentence(&page.words.reason(reason))),
             page.say("page-next-time"),
             page.say(&advice),
         ];
