@@ -4,7 +4,8 @@
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AlarmKind {
-    /// A protected structure was pressed hard, or an organ that may be touched was pressed too hard.
+    /// A protected structure was pressed hard, or an organ that may be touched was pressed too
+    /// hard.
     Touched,
     /// A protected structure was burnt, or an organ that may be burnt was burnt too deep.
     Burnt,

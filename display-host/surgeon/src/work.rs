@@ -19,9 +19,9 @@ use crate::{Seen, Theatre};
 pub(crate) const JAW_M: f64 = 0.015;
 /// Place of the vessel in the jaws, as a share of their length from the hinge.
 pub(crate) const BITE: f64 = 0.7;
-/// The same for the clip applier: the middle of the clip, which is the last 9 mm of jaws of 14 mm
-/// (`rt_core::procedure`). So both edges of the flattened vessel lie in the clip although the hand
-/// is off by `THERE_M`.
+/// Place of the vessel in the clip applier: the middle of the clip, which is the last 9 mm of jaws
+/// of 14 mm (`rt_core::procedure`). So both edges of the flattened vessel lie in the clip although
+/// the hand is off by `THERE_M`.
 const CLIP_BITE: f64 = 0.0095 / JAW_M;
 /// Withdrawal along the shaft before moving to another place, m.
 pub(crate) const BACK_M: f64 = 0.03;

@@ -39,7 +39,7 @@ fn chapter(name: &str) -> Chapter {
         assessed,
         rules,
         outlines: Outlines::default(),
-        pictures: vec![("frame".to_owned(), vec![1, 2, 3])],
+        pictures: vec![("frame 0003".to_owned(), vec![1, 2, 3])],
         ticks: Some(Ticks {
             tick_ns: SPREAD,
             stage_ns: [("solve".to_owned(), SPREAD)].into(),
@@ -86,7 +86,7 @@ fn an_error_has_advice_a_close_picture_and_its_replay() {
     taught.assessed.lost = vec![lost("cautery_air_s")];
     let page = html(&[taught], &Ids);
     for expected in [
-        "<h4>alarm-burnt organ=bile duct <small>page-times count=2</small></h4>",
+        "<h4>Alarm-burnt organ=bile duct <small>page-times count=2</small></h4>",
         "<b>page-next-time</b> advice-burnt",
         "<h4>cautery_air_s: 9.0 s <small>page-cost points=4.5</small></h4>",
         "page-happened-at times=1:15, 1:15",
@@ -211,6 +211,7 @@ fn a_page_stands_alone_and_takes_no_markup_from_a_file() {
     assert!(page.contains("data:image/png;base64,AQID"));
     for expected in [
         "page-pass-rules",
+        "<figcaption>page-frame number=4<",
         "page-paths",
         "page-force",
         "page-past",
@@ -347,9 +348,9 @@ fn injuries_rules_and_published_values_stand_with_their_source() {
     for expected in [
         "<td>3.0 s<td class=\"l\">bile duct<td class=\"l\">injury-perforated, 1.2 J, 0.5 mm<td \
          class=\"l\">cause-torn<td class=\"l\">page-ends-task</tr>",
-        "<td>bile duct: injury-perforated, 1.2 J, 0.5 mm<td class=\"l\" lang=\"en\">&lt;a book&gt;</tr>",
+        "<td>bile duct: injury-perforated, 1.2 J, 0.5 mm<td class=\"l\">&lt;a book&gt;</tr>",
         "page-at-least limit=70<td>✗ page-no</tr>",
-        "<td>score: page-at-least limit=70<td class=\"l\" lang=\"en\">page-no-source</tr>",
+        "<td>score: page-at-least limit=70<td class=\"l\">page-no-source</tr>",
         "page-pass-and-proficiency",
         "page-injury-note",
         "page-published",

@@ -223,7 +223,7 @@ fn current_held_on_the_liver_fails_a_clamp_in_which_nothing_is_to_be_burnt() {
     assert!(long.injuries[0].depth_mm.is_some_and(|it| it > 14.9));
 }
 
-/// Where the gallbladder is freed, the liver takes heat all over the bed.
+/// The liver takes heat all over the bed from which the gallbladder is freed.
 #[test]
 fn the_liver_may_be_burnt_along_the_bed_and_not_deep_at_one_place() {
     let along = burn_liver(Task::Disconnect, 140, 0.0016);

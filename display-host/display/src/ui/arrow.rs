@@ -1,6 +1,6 @@
 //! Arrow at the rim of the endoscope's picture towards an instrument that is out of view.
 
-use egui::{Color32, Id, LayerId, Order, Pos2, Rect, Shape, Stroke, Ui, vec2};
+use egui::{Align2, Color32, FontId, Id, LayerId, Order, Pos2, Rect, Shape, Stroke, Ui, vec2};
 use glam::Vec3;
 use shared_mem::message::{CapsuleMsg, ToolFrame};
 use shared_mem::words::CapsuleRole;
@@ -17,6 +17,9 @@ const HEAD: [f32; 2] = [0.11, 0.08];
 /// Widths of the arrow's shaft and of its dark edge, points.
 const SHAFT_POINTS: f32 = 5.0;
 const EDGE_POINTS: f32 = 1.5;
+/// Size of the instrument's name behind the arrow, and its distance from the arrow, points.
+const NAME_POINTS: f32 = 16.0;
+const NAME_GAP_POINTS: f32 = 10.0;
 /// Step by which the arrow moves towards the picture's middle until no card covers it, and the
 /// largest number of steps.
 const STEP: f32 = 0.06;
@@ -56,8 +59,9 @@ fn is_tip(capsule: &CapsuleMsg) -> bool {
     .any(|role| capsule.is(role))
 }
 
-/// Draws the arrow over the picture, below the cards and beside them.
-pub(super) fn paint(ui: &Ui, picture: Rect, [right, up]: [f32; 2]) {
+/// Draws the arrow over the picture, below the cards and beside them. The instrument's name stands
+/// behind it, so that nobody takes it for the mouse's pointer.
+pub(super) fn paint(ui: &Ui, picture: Rect, [right, up]: [f32; 2], name: Option<&str>) {
     let painter = ui.painter().with_clip_rect(picture);
     let unit = 0.5 * picture.height();
     let along = vec2(right, -up);
@@ -79,6 +83,17 @@ pub(super) fn paint(ui: &Ui, picture: Rect, [right, up]: [f32; 2]) {
         painter.line_segment([tail, neck], Stroke::new(width, colour));
         let edge = Stroke::new(2.0 * edge, Color32::BLACK);
         painter.add(Shape::convex_polygon(corners.clone(), colour, edge));
+    }
+    if let Some(name) = name {
+        let font = FontId::proportional(NAME_POINTS);
+        let galley = painter.layout_no_wrap(name.to_owned(), font, Color32::WHITE);
+        let half = 0.5 * galley.size();
+        // The half of the text that lies along the arrow's direction.
+        let reach = half.x * along.x.abs() + half.y * along.y.abs();
+        let middle = tail - along * (NAME_GAP_POINTS + reach);
+        let at = Align2::CENTER_CENTER.anchor_size(middle, galley.size());
+        painter.rect_filled(at.expand(4.0), 4.0, Color32::from_black_alpha(190));
+        painter.galley(at.min, galley, Color32::WHITE);
     }
 }
 

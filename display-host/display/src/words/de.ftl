@@ -802,6 +802,7 @@ lane-buried = im Organ
 lane-opened = Blutung ausgelöst
 lane-unclipped = Clip abgerutscht
 lane-seared = Hitzeschaden
+page-frame = Bild { $number }
 page-pictures = Bilder
 picture-before-press = vor dem tiefsten Druck
 picture-deepest-press = der tiefste Druck

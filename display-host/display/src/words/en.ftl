@@ -802,6 +802,7 @@ lane-buried = inside organ
 lane-opened = bleeding started
 lane-unclipped = clip slipped
 lane-seared = burnt tissue
+page-frame = Picture { $number }
 page-pictures = Pictures
 picture-before-press = before the deepest press
 picture-deepest-press = the deepest press

@@ -424,7 +424,7 @@ fn a_debrief_tells_outcome_errors_and_what_counts() {
     for told in [
         "Failed",
         "Score: 61 of 100",
-        "it took longer than 600 s",
+        "It took longer than 600 s",
         "Burnt: liver  2×",
         "Blood loss: −4.5 points",
         "yesterday  Passed, Score: 88 of 100",

@@ -20,9 +20,14 @@ pub(super) fn pictures(page: &mut Page<'_>, chapter: &Chapter) {
         // Captions of known pictures have a translated message. Other captions are shown as they
         // are.
         let id = format!("picture-{}", caption.replace(' ', "-"));
-        let caption = match page.words.has(&id) {
-            true => page.say(&id),
-            false => escape(caption),
+        let frame = caption.strip_prefix("frame ");
+        let caption = match frame.and_then(|it| it.parse::<u32>().ok()) {
+            Some(number) => {
+                let number = number.saturating_add(1).to_string();
+                page.say_with("page-frame", &[("number", &number)])
+            }
+            None if page.words.has(&id) => page.say(&id),
+            None => escape(caption),
         };
         page.add(format_args!(
             "<figure><img alt=\"{caption}\" src=\"data:image/png;base64,{data}\"><figcaption>{caption}\

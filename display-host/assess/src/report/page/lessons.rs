@@ -53,9 +53,10 @@ fn one(page: &mut Page<'_>, chapter: &Chapter, lesson: &Lesson, has_picture: boo
     let what = page.say_with(&kind, &[("organ", &organ)]);
     let count = lesson.alarms.len().to_string();
     let times = page.say_with("page-times", &[("count", &count)]);
+    let title = sentence(&what);
     let next = [page.say("page-next-time"), page.say(&lesson.advice())];
     page.add(format_args!(
-        "<section class=\"lesson\"><div><h4>{what} <small>{times}</small></h4><p><b>{}</b> {}</p>",
+        "<section class=\"lesson\"><div><h4>{title} <small>{times}</small></h4><p><b>{}</b> {}</p>",
         next[0], next[1]
     ));
     let mut times = Vec::new();

@@ -206,7 +206,7 @@ fn head(ui: &mut Ui, words: &Words, debrief: &Debrief) {
         ui.label(RichText::new(score).size(1.6 * BODY_POINTS));
     });
     for reason in &debrief.reasons {
-        ui.label(words.reason(reason));
+        ui.label(lessons::capital(&words.reason(reason)));
     }
     if debrief.answered {
         line(ui, Mark::Good, &words.say("debrief-answered"));

@@ -145,7 +145,7 @@ fn one(ui: &mut Ui, words: &Words, can_replay: bool, lesson: &LessonView, wishes
 }
 
 /// The text with a capital letter at its beginning, as a line of its own has.
-fn capital(text: &str) -> String {
+pub(super) fn capital(text: &str) -> String {
     let mut letters = text.chars();
     let first = letters.next().into_iter().flat_map(char::to_uppercase);
     first.chain(letters).collect()

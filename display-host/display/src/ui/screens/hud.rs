@@ -41,7 +41,9 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>
     let is_paused = state.link == Link::Live && state.is_paused();
     let is_covered = (end.is_some() || is_paused) && !state.instructor;
     if let Some(direction) = state.tip_away.filter(|_| !is_covered) {
-        arrow::paint(ui, place, direction);
+        let tools = state.tools.as_ref();
+        let name = tools.map(|it| state.words.say(instrument_id(it.instrument)));
+        arrow::paint(ui, place, direction, name.as_deref());
     }
     if place.width() >= NARROW_WIDTH_POINTS || !is_covered {
         let place = tall(ui, place);
