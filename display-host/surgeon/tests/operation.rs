@@ -125,6 +125,14 @@ fn the_hurried_tears_where_the_careful_clamps() {
     assert_passed(Task::Clamp, 60);
 }
 
+/// Whoever watches the expert sees as many clips as the task asks for, each closed.
+#[test]
+fn the_careful_sets_the_clips_that_are_asked_for_and_no_more() {
+    let result = operate(Surgeon::Careful, Task::Clamp, 60);
+    let clips = result.assessed.metrics.get(Metric::ClipsUsed);
+    assert!((clips - 4.0).abs() < 1e-9, "{clips} {:?}", result.said);
+}
+
 #[test]
 fn careful_surgeon_hangs_the_gallbladder_and_the_dropper_does_not() {
     let hang = |surgeon, seconds| {
