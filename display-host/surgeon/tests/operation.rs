@@ -9,8 +9,6 @@ mod followed;
 mod injuries;
 #[path = "operation/patients.rs"]
 mod patients;
-#[path = "operation/rested.rs"]
-mod rested;
 #[path = "operation/silent.rs"]
 mod silent;
 mod theatre;
