@@ -10,6 +10,20 @@ use crate::schema::{
     APPLICATION, FIFTH, FOURTH, FROM_FIRST, OLDEST_VERSION, SCHEMA_VERSION, SECOND, TABLES, THIRD,
 };
 
+/// Version of the store that the file holds; `None` if the file is empty, because its maker has not
+/// come further. Sees one state of the file, also while another program makes the store.
+pub(crate) fn version_of(
+    connection: &mut Connection,
+    path: &Path,
+) -> Result<Option<i64>, StoreError> {
+    let seen = connection.transaction();
+    let seen = seen.map_err(|error| opening(path, error))?;
+    match marks(&seen, path)? {
+        (0, 0, 0) => Ok(None),
+        _ => check_is_store(&seen, path).map(Some),
+    }
+}
+
 /// Makes the tables of an empty file, or brings those of an older version to this one. Refuses
 /// every other file. The caller commits.
 pub(crate) fn make_or_migrate(making: &Transaction<'_>, path: &Path) -> Result<(), StoreError> {
@@ -80,7 +94,7 @@ fn marks(connection: &Connection, path: &Path) -> Result<(i64, i64, i64), StoreE
 
 /// Refuses a file that is not an undamaged store of a version that this program reads. Returns the
 /// version.
-pub(crate) fn check_is_store(connection: &Connection, path: &Path) -> Result<i64, StoreError> {
+fn check_is_store(connection: &Connection, path: &Path) -> Result<i64, StoreError> {
     let path = path.to_owned();
     let version = match marks(connection, &path)? {
         (APPLICATION, found @ OLDEST_VERSION..=SCHEMA_VERSION, _) => found,

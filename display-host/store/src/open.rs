@@ -12,7 +12,7 @@ use rusqlite::backup::{Backup, StepResult};
 use rusqlite::{Connection, OpenFlags, Transaction, TransactionBehavior};
 
 use crate::error::StoreError;
-use crate::file::{check_is_store, make_or_migrate, one_file, opening, refused};
+use crate::file::{make_or_migrate, one_file, opening, refused, version_of};
 use crate::schema::SCHEMA_VERSION;
 
 /// First bytes of every SQLite file.
@@ -90,7 +90,8 @@ impl Store {
     /// Opens a store to read. Makes and changes nothing: neither file nor folder, mode nor version.
     ///
     /// # Errors
-    /// [`StoreError::Missing`] if there is no such file; else as [`Store::open`].
+    /// [`StoreError::Missing`] if there is no such file, or if it is empty because another program
+    /// is making the store; else as [`Store::open`].
     pub fn read(path: &Path) -> Result<Self, StoreError> {
         Self::read_within(path, PATIENCE)
     }
@@ -115,8 +116,14 @@ impl Store {
         let mut connection = opened.map_err(|error| refused(path, error))?;
         let waits = connection.busy_timeout(patience);
         waits.map_err(|error| refused(path, error))?;
-        if check_is_store(&connection, path)? != SCHEMA_VERSION {
-            connection = migrated_copy(&connection, path, patience)?;
+        match version_of(&mut connection, path)? {
+            Some(SCHEMA_VERSION) => {}
+            Some(_) => connection = migrated_copy(&connection, path, patience)?,
+            None => {
+                return Err(StoreError::Missing {
+                    path: path.to_owned(),
+                });
+            }
         }
         Ok(Self {
             connection,

@@ -29,6 +29,25 @@ fn reading_makes_no_file_and_needs_no_right_to_write() {
 }
 
 #[test]
+fn a_store_that_is_being_made_is_missing_and_never_foreign() {
+    for _ in 0..20 {
+        let (_folder, path) = folder();
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(&path, "").unwrap();
+        let empty = Store::read(&path).unwrap_err();
+        assert!(matches!(empty, StoreError::Missing { .. }), "{empty}");
+        let making = std::thread::spawn({
+            let path = path.clone();
+            move || Store::open(&path).map(drop)
+        });
+        while let Err(error) = Store::read(&path) {
+            assert!(matches!(error, StoreError::Missing { .. }), "{error}");
+        }
+        making.join().unwrap().unwrap();
+    }
+}
+
+#[test]
 fn a_number_is_the_same_in_every_export() {
     let (_folder, path) = folder();
     let mut store = Store::open(&path).unwrap();
