@@ -9,6 +9,8 @@ mod followed;
 mod injuries;
 #[path = "operation/patients.rs"]
 mod patients;
+#[path = "operation/rested.rs"]
+mod rested;
 #[path = "operation/silent.rs"]
 mod silent;
 mod theatre;

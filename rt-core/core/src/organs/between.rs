@@ -4,12 +4,12 @@
 //! the pushes on a sphere that is squeezed between others come to a balance. Exact distance
 //! constraints, solved one after another, would never let such a sphere rest.
 //!
-//! A pair of one organ keeps its impulse. A substep begins with the last impulses of all such
-//! pairs. Each pair also sees the last impulses of the tools, which act later in the substep. A
-//! pair then takes its own impulse out, solves for the whole impulse anew, and applies the
-//! difference, as tetrahedra do (`tissue::warm_start`). A fold that jaws pull needs this: without
-//! the impulses of jaws and neighbours its spheres spring back by millimetres, and press each other
-//! for ever.
+//! A pair keeps its impulse. A substep begins with the last impulses of all pairs. Each pair also
+//! sees the last impulses of the tools, which act later in the substep. A pair then takes its own
+//! impulse out, solves for the whole impulse anew, and applies the difference, as tetrahedra do
+//! (`tissue::warm_start`). A fold that jaws pull, and ducts that were pushed into fat, need this:
+//! without the impulses of jaws and neighbours their spheres spring back, and press each other for
+//! ever.
 
 use heapless::Vec;
 
@@ -32,12 +32,9 @@ const STIFFNESS_N_M: f32 = 200.0;
 /// Weight of the speed of an overlap relative to its depth, s: enough that nothing bounces. A
 /// larger weight slows the approach to balance.
 const DAMPING_TIME_S: f32 = 0.001;
-/// Largest share of an overlap that a substep corrects. A larger share would shoot light spheres
-/// out.
-const CORRECTION_SHARE_MAX: f32 = 0.4;
-/// As `CORRECTION_SHARE_MAX`, for pairs that keep their impulse. With 0.4, a rod that a tool folds
-/// shakes at 0.6 m/s (`bodies_of_common_tissue_rest`). With 0.3 it rests.
-const KEPT_CORRECTION_SHARE_MAX: f32 = 0.25;
+/// Largest share of an overlap that a substep corrects. With 0.4, a rod that a tool folds shakes at
+/// 0.6 m/s (`bodies_of_common_tissue_rest`). With 0.3 it rests.
+const CORRECTION_SHARE_MAX: f32 = 0.25;
 /// Largest speed at which overlapping organs part, m/s. A duct that has slipped far into an organ
 /// comes out slowly.
 const PARTING_SPEED_MAX_M_S: f32 = 0.1;
@@ -56,10 +53,7 @@ struct Close {
     pair: Pair,
     /// Number of substeps of a tick in which the pair is solved.
     substeps: u16,
-    /// True if both spheres belong to one organ.
-    is_same_organ: bool,
-    /// Positional impulse on the first sphere in the last substep, m kg; zero unless
-    /// `is_same_organ`.
+    /// Positional impulse on the first sphere in the last substep, m kg.
     push_m_kg: Lanes,
 }
 
@@ -169,7 +163,6 @@ impl Between {
             let close = Close {
                 pair: *pair,
                 substeps: substeps_a.max(substeps_b) as u16,
-                is_same_organ: bodies.organ.at(a) == bodies.organ.at(b),
                 push_m_kg: before.map_or(Lanes::ZERO, |before| before.push_m_kg),
             };
             faults.raise_if(!self.now.push(close, slot), Fault::PairOverflow);
@@ -182,8 +175,9 @@ impl Between {
             return;
         }
         for close in &self.now.close {
-            if SubstepWindow::due(now, close.substeps.into(), scene).is_some() {
-                close.move_by(close.push_m_kg, [Pace::SAME; 2], bodies);
+            if let Some(window) = SubstepWindow::due(now, close.substeps.into(), scene) {
+                let paces = close.paces(&window, scene, bodies);
+                close.move_by(close.push_m_kg, paces, bodies);
             }
         }
         for close in &mut self.now.close {
@@ -199,6 +193,12 @@ impl Close {
         [self.pair.a, self.pair.b].map(u32::from)
     }
 
+    /// Paces of the organs of the two spheres.
+    fn paces(&self, at: &SubstepWindow, scene: &Scene<'_>, bodies: &Bodies) -> [Pace; 2] {
+        self.spheres()
+            .map(|sphere| Pace::of(scene.substeps_of(*bodies.organ.at(sphere)), at))
+    }
+
     /// Applies a positional impulse over the window's length, m kg, to the first sphere, and the
     /// opposite impulse to the second.
     fn move_by(&self, push_m_kg: Lanes, paces: [Pace; 2], bodies: &mut Bodies) {
@@ -210,39 +210,32 @@ impl Close {
 
     /// Solves for the impulse of the pair, and applies its difference from the one before.
     fn press(&mut self, at: &SubstepWindow, scene: &Scene<'_>, bodies: &mut Bodies) {
-        let paces = self.spheres().map(|sphere| {
-            let substeps = scene.substeps_of(*bodies.organ.at(sphere));
-            Pace::of(substeps, at)
-        });
+        let paces = self.paces(at, scene, bodies);
         let push_m_kg = match is_removed(bodies, &self.pair) {
             true => Lanes::ZERO,
             false => self.solve(paces, at.step_s(), bodies),
         };
         self.move_by(push_m_kg - self.push_m_kg, paces, bodies);
-        if self.is_same_organ {
-            self.push_m_kg = push_m_kg;
-        }
+        self.push_m_kg = push_m_kg;
     }
 
-    /// Sphere without the pair's own impulse and, in a pair of one organ, with the last impulses of
-    /// the tools.
-    fn seen(&self, sphere: u32, own_m_kg: Lanes, bodies: &Bodies) -> Node {
+    /// Sphere without the pair's own impulse, with the last impulses of the tools.
+    fn seen(sphere: u32, pace: Multirate, own_m_kg: Lanes, bodies: &Bodies) -> Node {
         let mut node = *bodies.nodes.at(sphere);
-        if self.is_same_organ {
-            let others_m_kg = bodies.warm_start.tools(sphere) - own_m_kg;
-            node.push(others_m_kg, bodies.weight_per_kg(sphere));
-        }
+        let tools_m_kg = bodies.warm_start.tools(sphere);
+        node.push(tools_m_kg, bodies.weight_per_kg(sphere));
+        pace.push(&mut node, own_m_kg.scaled(-1.0));
         node
     }
 
     /// Positional impulse that presses the first sphere away from the second, m kg.
     fn solve(&self, paces: [Pace; 2], step_s: f32, bodies: &Bodies) -> Lanes {
         let [a, b] = self.spheres();
-        let node_a = self.seen(a, self.push_m_kg, bodies);
-        let node_b = self.seen(b, self.push_m_kg.scaled(-1.0), bodies);
         let [pace_a, pace_b] = paces;
         let pace_a = Multirate::of(a, pace_a, bodies);
         let pace_b = Multirate::of(b, pace_b, bodies);
+        let node_a = Self::seen(a, pace_a, self.push_m_kg, bodies);
+        let node_b = Self::seen(b, pace_b, self.push_m_kg.scaled(-1.0), bodies);
         let start = node_a.away_at_start(&node_b);
         let now = (start + (pace_a.way(&node_a) - pace_b.way(&node_b))).vec3();
         let near_m = math::norm(&now);
@@ -256,12 +249,9 @@ impl Close {
         let rate = DAMPING_TIME_S / step_s;
         // Compliance of the spring, relative to the pair's inverse mass.
         let softness = (STIFFNESS_N_M * step_s * step_s * weight_per_kg).recip();
-        let share_max = if self.is_same_organ {
-            KEPT_CORRECTION_SHARE_MAX
-        } else {
-            CORRECTION_SHARE_MAX
-        };
-        let correction_share = ((1.0 + rate) + softness).recip().min(share_max);
+        let correction_share = ((1.0 + rate) + softness)
+            .recip()
+            .min(CORRECTION_SHARE_MAX);
         let wanted_m = correction_share * (self.pair.apart_m - near_m + rate * approached_m);
         let push_m = wanted_m
             .min(approached_m + PARTING_SPEED_MAX_M_S * step_s)

@@ -15,6 +15,10 @@
 //! [`MARGIN_M`] in 16 ticks (0.2 m/s) are found late, by at most 16 ms. Spheres that have hardly
 //! moved since their last search are not searched again; a pair of two such spheres is kept.
 //! O(spheres that move · spheres in cells within reach / 16 + pairs) a tick.
+//!
+//! A pair that begins to push late, from an overlap, adds energy. So pairs of one organ are listed
+//! as far ahead as their speed demands. Otherwise ducts and fat that were pushed into each other
+//! shake for ever, and change direction with the list.
 
 use heapless::Vec;
 
@@ -23,6 +27,7 @@ use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
 use crate::organs::grid::Grid;
 use crate::scene::Scene;
+use crate::time::TICK_S;
 use crate::tissue::Bodies;
 use crate::tissue::per_sphere::PerSphere;
 
@@ -45,7 +50,8 @@ const STILL_TRAVEL_M: f32 = 0.000_15;
 /// pair's distance at rest. It is below 1, so no pair of an organ at rest pushes.
 const APART_SHARE_OF_REST: f32 = 0.95;
 /// Squared distance below which a pair within one organ is listed, as a share of the squared
-/// distance at rest. Still spheres that are farther apart cannot come to touch.
+/// distance at rest. A pair that is farther apart is listed if its speed can close the gap before
+/// its next search ends.
 const LISTED_SHARE_OF_REST: f32 = 0.96;
 
 /// Largest reach of a sphere, in its radii. It keeps the ball of a sphere near a thin rim from
@@ -225,10 +231,14 @@ fn near_pair(bodies: &Bodies, reach_m: &PerSphere<f32>, a: u32, b: u32) -> Optio
     let mut apart_m = reach.min(math::sqrt(at_rest_squared));
     if bodies.organ.at(a) == bodies.organ.at(b) {
         let was_apart = at_rest_squared >= reach * reach;
-        let may_close = squared < LISTED_SHARE_OF_REST * at_rest_squared;
         apart_m = apart_m.min(APART_SHARE_OF_REST * math::sqrt(at_rest_squared));
+        // A pair that is found now is in use until the end of the next cycle.
+        let speed_m_s = math::norm(&(node_a.velocity_m_s() - node_b.velocity_m_s()));
+        let reached_m = apart_m + speed_m_s * (2 * CYCLE_TICKS) as f32 * TICK_S;
+        let may_come = squared < reached_m * reached_m;
+        let is_pressed = squared < LISTED_SHARE_OF_REST * at_rest_squared;
         let linked = || bodies.adjacency.of(a).iter().any(|&n| u32::from(n) == b);
-        if !was_apart || !may_close || linked() {
+        if !was_apart || !(is_pressed || may_come) || linked() {
             return None;
         }
     }

@@ -301,8 +301,15 @@ fn closest_skin(
 ) -> Option<(ClosestPoint, f32)> {
     let (center_m, skin) = (&point.center_m, &scene.skin);
     let separation_m = |found: &ClosestPoint| {
-        let height_m = found.normal.dot(&(center_m - found.at_m)) - point.radius_m;
-        height_m + found.sunk_m(scene, bodies)
+        let way_m = center_m - found.at_m;
+        let mut away_m = found.normal.dot(&way_m);
+        // A tool point that stands beside an edge is not under the skin, however low it is. A skin
+        // that pushes keeps its height, so that its force has no step.
+        let is_beside = way_m.norm_squared() > 2.0 * away_m * away_m;
+        if is_beside && contact.cached.force_n <= 0.0 {
+            away_m = math::norm(&way_m);
+        }
+        away_m - point.radius_m + found.sunk_m(scene, bodies)
     };
     // While a tool point is under the skin, the nearest point of the skin may jump. So a tool point
     // near skin is first lifted onto the skin along the last normal; the walk leads towards the
