@@ -113,9 +113,9 @@ fn a_tip_that_the_camera_brought_into_the_middle_does_not_end_the_second_step() 
         (1, Some(0)),
         "nobody led the tip"
     );
-    rest(&mut it, 5.1, 1.7, [0.0, 0.009, -0.05]);
-    assert_eq!(done(&it), 1, "less than 1 cm");
-    rest(&mut it, 7.0, 0.2, [0.0, 0.011, -0.05]);
+    rest(&mut it, 5.1, 1.7, [0.0, 0.004, -0.05]);
+    assert_eq!(done(&it), 1, "less than 5 mm");
+    rest(&mut it, 7.0, 0.2, [0.0, 0.006, -0.05]);
     assert_eq!(done(&it), 2, "it was in the middle for long enough");
 }
 
