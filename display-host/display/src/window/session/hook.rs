@@ -11,7 +11,7 @@ use shared_mem::words::{Instrument, Switches};
 /// hints ask for, and twenty of the controller's reports of a burn.
 const JUDGED_AFTER: Duration = Duration::from_secs(1);
 
-/// What the present current has heated so far.
+/// The present current, and the organs that it has heated so far.
 #[derive(Debug, Default)]
 pub(super) struct Hook {
     /// By organ: true if it is loose tissue, which the hook may take.
