@@ -13,7 +13,7 @@ use crate::scope_drill::lack;
 use crate::steady::Held;
 use crate::step::Step;
 use crate::tally::{VIEW_HALF_RAD, is_target};
-use crate::vector::{axis, distance, dot, off_sight, wide};
+use crate::vector::{Vec3, axis, distance, dot, off_sight, wide};
 
 /// Organ that the camera shows and the grasper holds.
 const HELD: OrganKind = OrganKind::Gallbladder;
@@ -30,6 +30,10 @@ const STRAND_J: f64 = 0.5;
 /// trainee led it. The organ is in view at the start, and the first step must not end without a
 /// movement.
 const LED: [f64; 2] = [0.01, 0.09];
+/// Least displacement, m, that shows that the trainee led the tip: the camera of the first step may
+/// have brought it into the middle already. A key held for a second led the tip by more at two
+/// pictures a second, and the play of the paths, 0.8 mm, is less.
+const TIP_LED_M: f64 = 0.005;
 /// Number of steps.
 const STEPS: usize = 5;
 
@@ -40,7 +44,10 @@ pub(crate) struct Basics {
     done: usize,
     /// Pose of the camera at the start.
     began: Option<PoseMsg>,
-    /// True once the trainee has led the camera far enough.
+    /// Place of the tip at which the second step began.
+    tip_began: Option<Vec3>,
+    /// True once the trainee has led the present step's thing far enough: first the camera, then
+    /// the tip.
     is_led: bool,
     /// Time for which the camera has held the organ in view.
     timer: Timer,
@@ -60,10 +67,13 @@ impl Basics {
                 self.is_led |= is_led(began, camera);
             }
             1 => {
-                let (angle, distance_m) = off_sight(camera, wide(moved.tip_m));
+                let tip = wide(moved.tip_m);
+                let began = self.tip_began.get_or_insert(tip);
+                self.is_led |= distance(*began, tip) >= TIP_LED_M;
+                let (angle, distance_m) = off_sight(camera, tip);
                 let is_held = angle <= MIDDLE * VIEW_HALF_RAD && TOGETHER_M.contains(&distance_m);
                 self.held_s = if is_held { self.held_s + seconds } else { 0.0 };
-                if self.held_s >= look_s {
+                if self.held_s >= look_s && self.is_led {
                     self.next();
                 }
             }
@@ -123,7 +133,7 @@ impl Basics {
 
     fn next(&mut self) {
         self.done += 1;
-        (self.held_s, self.heat_j) = (0.0, 0.0);
+        (self.held_s, self.heat_j, self.is_led) = (0.0, 0.0, false);
     }
 
     /// Number of steps that are done.
@@ -135,7 +145,7 @@ impl Basics {
     pub(crate) fn share(&self, look_s: f64) -> f64 {
         match self.done {
             0 => self.hold(look_s).share,
-            1 => self.held_s / look_s,
+            1 if self.is_led => self.held_s / look_s,
             4 => self.heat_j / STRAND_J,
             _ => 0.0,
         }

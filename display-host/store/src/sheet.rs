@@ -66,14 +66,19 @@ fn check_rater(rater: &str) -> Result<String, StoreError> {
 }
 
 impl Store {
-    /// Stores an instructor's points for a session, by a rater without a name: one value for each
-    /// item of [`GOALS`]. They replace earlier ones.
+    /// Stores an instructor's points for a session: one value for each item of [`GOALS`]. They
+    /// replace earlier ones of the same rater, whose name may be empty.
     ///
     /// # Errors
-    /// When there is no such session, or a value is not 1 to 5.
-    pub fn set_sheet(&mut self, session: &str, points: [u8; 5]) -> Result<(), StoreError> {
+    /// When there is no such session, a value is not 1 to 5, or the rater's name is invalid.
+    pub fn set_sheet(
+        &mut self,
+        session: &str,
+        rater: &str,
+        points: [u8; 5],
+    ) -> Result<(), StoreError> {
         let goals = Sheet::named(GOALS_SHEET)?;
-        let kept = self.rate_again(session, &goals, ("", false), &points);
+        let kept = self.rate_again(session, &goals, (rater, false), &points);
         kept.map(drop)
     }
 

@@ -101,7 +101,7 @@ fn a_recorded_session_is_added_once_and_is_nobody_elses_after() {
     let mut store = Store::open(&path).unwrap();
     let kept = session(100, "cut", 40.0);
     assert!(store.add_recorded(" Ada ", &kept).unwrap());
-    store.set_sheet(&kept.id, [1, 2, 3, 4, 5]).unwrap();
+    store.set_sheet(&kept.id, "", [1, 2, 3, 4, 5]).unwrap();
     // Another recording claims the same id with a better score.
     let forged = SessionRecord {
         score: 100.0,
@@ -167,7 +167,7 @@ fn forgotten_trainee_leaves_no_trace_in_the_file() {
     let it = session(1, "cut", 1.0);
     store.add_session(name, &it).unwrap();
     store.add_session("Ada", &session(2, "cut", 2.0)).unwrap();
-    store.set_sheet(&it.id, [1, 2, 3, 4, 5]).unwrap();
+    store.set_sheet(&it.id, "", [1, 2, 3, 4, 5]).unwrap();
     let questions = Questionnaire::default();
     store.answer(name, &questions, &[3; 14], 5).unwrap();
     let gone = store.forget(name, 1_000_000).unwrap();
@@ -192,7 +192,7 @@ fn export_has_all_of_somebody_and_nothing_of_others() {
     let it = session(1, "cut", 1.0);
     store.add_session("=cmd, \"x\"", &it).unwrap();
     store.add_session("Bo", &session(2, "clamp", 2.0)).unwrap();
-    store.set_sheet(&it.id, [1, 2, 3, 4, 5]).unwrap();
+    store.set_sheet(&it.id, "", [1, 2, 3, 4, 5]).unwrap();
     store
         .answer("Bo", &Questionnaire::default(), &[4; 14], 5)
         .unwrap();
@@ -222,18 +222,18 @@ fn the_sheet_takes_one_to_five_of_a_known_session() {
     let it = session(1, "cut", 1.0);
     store.add_session("Ada", &it).unwrap();
     assert!(store.sheet(&it.id).unwrap().is_empty());
-    store.set_sheet(&it.id, [5, 4, 3, 2, 1]).unwrap();
-    store.set_sheet(&it.id, [5, 4, 3, 2, 2]).unwrap();
+    store.set_sheet(&it.id, "", [5, 4, 3, 2, 1]).unwrap();
+    store.set_sheet(&it.id, "", [5, 4, 3, 2, 2]).unwrap();
     let sheet = store.sheet(&it.id).unwrap();
     assert_eq!(sheet.len(), 5);
     assert_eq!(sheet[4], ("Autonomy".to_owned(), 2));
-    let error = store.set_sheet(&it.id, [0, 4, 3, 2, 1]).unwrap_err();
+    let error = store.set_sheet(&it.id, "", [0, 4, 3, 2, 1]).unwrap_err();
     assert!(
         error
             .to_string()
             .contains("Depth perception is 0; allowed is 1 to 5")
     );
-    assert!(store.set_sheet("nothing", [1; 5]).is_err());
+    assert!(store.set_sheet("nothing", "", [1; 5]).is_err());
 }
 
 #[test]
@@ -440,7 +440,7 @@ fn station(path: &Path, people: &[&str]) -> Store {
     for (name, at) in people.iter().zip(100..) {
         let it = session(at, "cut", 50.0);
         store.add_session(name, &it).unwrap();
-        store.set_sheet(&it.id, [1, 2, 3, 4, 5]).unwrap();
+        store.set_sheet(&it.id, "", [1, 2, 3, 4, 5]).unwrap();
     }
     store
 }
@@ -520,7 +520,7 @@ fn sheets_of_a_session_with_another_owner_stay_out() {
     let mut theirs = Store::open(&other).unwrap();
     for it in [&shared, &own] {
         theirs.add_session("Bo", it).unwrap();
-        theirs.set_sheet(&it.id, [1; 5]).unwrap();
+        theirs.set_sheet(&it.id, "", [1; 5]).unwrap();
     }
     let mut store = Store::open(&centre).unwrap();
     store.add_session("Ada", &shared).unwrap();

@@ -69,7 +69,11 @@ fn each_step_has_its_goal_and_begins_after_the_one_before() {
     rest(&mut it, 5.2, 3.0, far);
     assert_eq!(done(&it), 1, "the tip is out of view");
     rest(&mut it, 8.3, 1.7, [0.0, 0.0, -0.05]);
-    assert_eq!(done(&it), 2);
+    assert_eq!(
+        done(&it),
+        2,
+        "the tip was led into the middle, and held there"
+    );
 
     it.take(&event(10.0, EventKind::Grasp.number(), LIVER, 0.0, 3.0));
     assert_eq!(done(&it), 2, "another organ");
@@ -92,6 +96,27 @@ fn each_step_has_its_goal_and_begins_after_the_one_before() {
     it.take(&event(10.5, EventKind::Burn.number(), FAT, 0.0, 0.3));
     let status = it.status();
     assert_eq!(status.outcome, Outcome::Passed, "{:?}", status.reasons);
+}
+
+#[test]
+fn a_tip_that_the_camera_brought_into_the_middle_does_not_end_the_second_step() {
+    let mut it = first_steps();
+    let middle = [0.0, 0.0, -0.05];
+    let mut away = here(middle);
+    away.world_from_camera.position_m[0] = 0.05;
+    it.take(&moved(0.0, away));
+    rest(&mut it, 0.1, 1.7, middle);
+    assert_eq!(done(&it), 1, "the camera was led, and the organ shown");
+    rest(&mut it, 2.0, 3.0, middle);
+    assert_eq!(
+        (done(&it), percent(&it)),
+        (1, Some(0)),
+        "nobody led the tip"
+    );
+    rest(&mut it, 5.1, 1.7, [0.0, 0.004, -0.05]);
+    assert_eq!(done(&it), 1, "less than 5 mm");
+    rest(&mut it, 7.0, 0.2, [0.0, 0.006, -0.05]);
+    assert_eq!(done(&it), 2, "it was in the middle for long enough");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Layout and keys of a window that shows widgets and no picture: content that scrolls, and below
 //! it buttons that stay.
 
-use egui::{Button, Color32, Response, RichText, Ui};
+use egui::{Button, Color32, Id, Response, RichText, Ui};
 
 use super::screens::{BODY_POINTS, legible};
 
@@ -58,6 +58,7 @@ pub(super) fn screen<'a, Wish: Clone>(
         false => buttons.len(),
     };
     let (staying, following) = buttons.split_at(staying);
+    settle(ui, name);
     egui::Panel::bottom("page buttons")
         .resizable(false)
         .show(ui, |ui| {
@@ -84,6 +85,20 @@ pub(super) fn screen<'a, Wish: Clone>(
             }
         });
     });
+}
+
+/// Asks for another frame if the notice is new: the panel at the bottom takes its height from the
+/// frame before, so that the last buttons would stay below the window's edge.
+fn settle(ui: &Ui, name: Name<'_>) {
+    let (id, now) = (Id::unique("page notice"), name.notice.map(str::to_owned));
+    let before = ui.data_mut(|data| {
+        let before = data.get_temp::<Option<String>>(id);
+        data.insert_temp(id, now.clone());
+        before
+    });
+    if before != Some(now) {
+        ui.ctx().request_repaint();
+    }
 }
 
 /// Shows buttons beside each other. The one with the index `meant` is the default button.

@@ -1,7 +1,7 @@
 //! Widgets that all parts of the interface share. Every state shows by a word or a shape, never by
 //! colour alone.
 
-use egui::{CollapsingHeader, Color32, FontId, Sense, Stroke, TextStyle, Ui, vec2};
+use egui::{CollapsingHeader, Color32, FontId, ProgressBar, Sense, Stroke, TextStyle, Ui, vec2};
 
 /// Size of small text, points.
 const FINE_TEXT_POINTS: f32 = 13.5;
@@ -17,6 +17,13 @@ pub(super) enum Mark {
     Care,
     Bad,
     Off,
+}
+
+/// A bar that is filled to this share. An empty bar has no colour: egui would draw a dot.
+pub(super) fn bar(share: f32) -> ProgressBar {
+    let is_empty = share <= 0.0;
+    let fill = if is_empty { Color32::TRANSPARENT } else { GOOD };
+    ProgressBar::new(share).fill(fill)
 }
 
 /// Sets the size of text, and matching sizes of headings and buttons.

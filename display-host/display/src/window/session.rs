@@ -3,6 +3,7 @@
 mod acts;
 mod carry_out;
 mod effects;
+mod hook;
 mod notes;
 mod receive;
 
@@ -157,7 +158,7 @@ impl Session {
             kept: None,
             free: None,
             alarmed: None,
-            notes: Notes::default(),
+            notes: Notes::of(scene),
             heard: Heard::default(),
             newest_clip: None,
             operate,

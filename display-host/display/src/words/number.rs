@@ -17,6 +17,8 @@ impl Words {
             "1" => format!("{:.0} %", 100.0 * value),
             "n" => format!("{value:.0}"),
             "deg" => format!("{value:.0}°"),
+            // A short way is no "0.0 m".
+            "m" if value.abs() < 1.0 => self.amount(100.0 * value, "cm"),
             _ if value.abs() >= 100.0 => format!("{value:.0} {unit}"),
             _ => format!("{} {unit}", self.number(value, 1)),
         }
@@ -72,6 +74,8 @@ mod tests {
             (12.34, "s", "12.3 s"),
             (754.2, "s", "754 s"),
             (29.6, "deg", "30°"),
+            (0.043, "m", "4.3 cm"),
+            (4.24, "m", "4.2 m"),
         ] {
             assert_eq!(english.amount(value, unit), text);
             assert_eq!(german.amount(value, unit), text.replace('.', ","));

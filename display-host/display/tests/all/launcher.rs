@@ -146,6 +146,7 @@ fn points(at: usize) -> Points {
         ],
         given: vec![Some(4), None],
         at,
+        rater: String::new(),
         problem: None,
     }
 }
@@ -281,12 +282,21 @@ fn every_choice_is_reached_by_tab_alone() {
 
 #[test]
 fn devices_are_told_with_what_happens_where_one_is_missing() {
-    let mut desk = harness(Screen::Start(Start {
-        problem: Some("the store is busy".into()),
-        station_file_problem: Some("line 3: no such driver".into()),
-        slow_per_second: Some(3.25),
-        ..start()
-    }));
+    let told = |emulated| {
+        let mut it = Start {
+            problem: Some("the store is busy".into()),
+            station_file_problem: Some("line 3: no such driver".into()),
+            slow_per_second: Some(3.25),
+            ..start()
+        };
+        it.form.emulated = emulated;
+        harness(Screen::Start(it))
+    };
+    let mut desk = told(true);
+    desk.run();
+    let serial = desk.query_by_label_contains("serial");
+    assert!(serial.is_none(), "it says nothing to who has no device");
+    let mut desk = told(false);
     desk.run();
     for told in [
         "Haptic device: /dev/ttyACM0 connected",
@@ -431,12 +441,22 @@ fn a_debrief_tells_outcome_errors_and_what_counts() {
         "700 s",
         "≤ 600 s",
         "512 s",
-        "Economy of movement",
+        "Straightness of movements",
         "Instructor's assessment: 19 of 25",
         "it is opened",
     ] {
         assert!(desk.query_all_by_label(told).count() > 0, "{told}");
     }
+}
+
+#[test]
+fn a_trainee_reads_that_results_are_kept_and_no_path() {
+    let mut named = start();
+    named.form.trainee = "Ada".into();
+    let mut desk = harness(Screen::Start(named));
+    desk.run();
+    desk.get_by_label("Your results are kept under this name.");
+    assert!(desk.query_by_label_contains("store.sqlite").is_none());
 }
 
 fn progress() -> ProgressView {
@@ -703,6 +723,7 @@ fn questions_are_answered_by_pointer_and_key_and_taken_back() {
     let mut desk = harness(Screen::Points(points(1)));
     desk.run();
     desk.get_by_label("How warm is the room?");
+    assert!(desk.query_by_label_contains("GOALS").is_none());
     desk.key_press(Key::Backspace);
     desk.run();
     desk.key_press(Key::Escape);
@@ -721,6 +742,86 @@ fn questions_are_answered_by_pointer_and_key_and_taken_back() {
     desk.key_press(Key::Enter);
     desk.run();
     assert_eq!(desk.state().wishes, [Wish::Keep]);
+}
+
+#[test]
+fn a_sheet_names_goals_and_asks_for_its_rater() {
+    let sheet = |at| {
+        Screen::Points(Points {
+            asking: Asking::Sheet,
+            rater: "B".into(),
+            ..points(at)
+        })
+    };
+    let mut desk = harness(sheet(0));
+    desk.run();
+    desk.get_by_label_contains("GOALS");
+    let mut desk = harness(sheet(2));
+    desk.run();
+    desk.get_by_role(Role::TextInput).focus();
+    desk.run();
+    desk.get_by_role(Role::TextInput).type_text("o");
+    desk.run();
+    // In the field, Backspace takes a letter and no answer, and Esc leaves the field alone.
+    desk.key_press(Key::Backspace);
+    desk.run();
+    desk.key_press(Key::Escape);
+    desk.run();
+    let wishes = &desk.state().wishes;
+    let lengths: Vec<_> = (wishes.iter())
+        .map(|it| match it {
+            Wish::Rater(name) => name.len(),
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    assert_eq!(lengths, [2, 0], "a letter more, then a letter less than B");
+    desk.key_press(Key::Escape);
+    desk.run();
+    assert_eq!(desk.state().wishes.last(), Some(&Wish::Back));
+}
+
+#[test]
+fn a_long_notice_leaves_all_buttons_in_the_window() {
+    let mut desk = harness(Screen::Debrief(debrief()));
+    desk.run();
+    if let Screen::Debrief(it) = &mut desk.state_mut().state.screen {
+        it.notice = Some("a path of many folders/".repeat(20));
+    }
+    desk.step();
+    assert!(
+        desk.ctx.has_requested_repaint(),
+        "the height is of the frame before"
+    );
+    desk.step();
+    let last = desk.get_by_label("Instructor's assessment (I)").rect();
+    assert!(last.max.y <= 860.0, "{last:?}");
+}
+
+#[test]
+fn an_unfinished_task_says_why_it_has_no_score_in_one_line_with_its_steps() {
+    let open = |count| {
+        let organ = "cystic duct".into();
+        assess::Reason::NotDone {
+            step: assess::Step::Clip { organ, count },
+        }
+    };
+    let mut desk = harness(Screen::Debrief(Debrief {
+        outcome: "aborted".into(),
+        unfinished: Some(80.0),
+        reasons: vec![open(2), open(1)],
+        ..debrief()
+    }));
+    desk.run();
+    for told in [
+        "The task is not finished, so the score is 0. The work up to here would have had 80 points.",
+        "Not done: Place 2 clips on the cystic duct; Place a clip on the cystic duct",
+        "Not done: Place 2 clips on the cystic duct",
+    ] {
+        desk.get_by_label(told);
+    }
+    let mut desk = harness(Screen::Debrief(debrief()));
+    desk.run();
+    assert!(desk.query_by_label_contains("is not finished").is_none());
 }
 
 #[test]

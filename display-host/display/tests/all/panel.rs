@@ -521,7 +521,7 @@ fn an_instructor_sees_how_an_exam_stands_and_reaches_into_nothing() {
         "Score: 64 of 100",
         "Free the lower third of the gallbladder from its bed (done)",
         "1:15  burnt: liver",
-        "Economy of movement",
+        "Straightness of movements",
         "43 %",
         "Haptic device: ready, last reading 0.4 ms ago",
         "Ticks: none recorded yet",

@@ -220,6 +220,7 @@ fn points(asking: Asking, items: &[&str], at: usize) -> Screen {
         items: items.iter().map(|it| ((*it).into(), "?".into())).collect(),
         given: items.iter().map(|_| Some(4)).collect(),
         at,
+        rater: String::new(),
         problem: None,
     })
 }

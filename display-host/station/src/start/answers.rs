@@ -1,10 +1,24 @@
 //! Questions and the rating sheet after an operation.
 
 use display_host::ui::launcher::{Asking, Points, Screen, Wish};
-use store::GOALS;
+use display_host::words::Words;
+use store::{GOALS, Store};
 
 use super::{Desk, problem};
 use crate::clock::now_unix_s;
+
+/// Questions a new rater's name that looks like a known one, once.
+fn unlike(words: &Words, store: &Store, points: &Points) -> Result<(), String> {
+    let known = store.alike_rater(&points.rater);
+    let Some(known) = known.map_err(|it| problem::of_store(words, &it))? else {
+        return Ok(());
+    };
+    let question = words.say_with("points-rater-alike", &[("known", known.into())]);
+    match points.problem.as_ref() == Some(&question) {
+        true => Ok(()),
+        false => Err(question),
+    }
+}
 
 impl Desk {
     pub(super) fn ask(&mut self, asking: Asking) {
@@ -26,6 +40,7 @@ impl Desk {
             given: vec![None; items.len()],
             items,
             at: 0,
+            rater: String::new(),
             problem: None,
         });
     }
@@ -41,6 +56,7 @@ impl Desk {
                     points.at += 1;
                 }
             }
+            Wish::Rater(name) => points.rater.clone_from(name),
             _ => points.at = points.at.saturating_sub(1),
         }
     }
@@ -51,8 +67,8 @@ impl Desk {
             return;
         };
         let given: Vec<u8> = points.given.iter().flatten().copied().collect();
-        let (asking, trainee) = (points.asking, points.trainee.clone());
-        let kept = self.put(asking, &trainee, &given);
+        let asking = points.asking;
+        let kept = self.put(points, &given);
         match (kept, &mut self.debrief) {
             (Ok(()), Some((debrief, _))) => {
                 match asking {
@@ -73,17 +89,53 @@ impl Desk {
         }
     }
 
-    fn put(&self, asking: Asking, trainee: &str, given: &[u8]) -> Result<(), String> {
+    fn put(&self, points: &Points, given: &[u8]) -> Result<(), String> {
         let mut store = self.open_store()?;
         let words = &self.view.words;
-        let kept = match asking {
-            Asking::Questions => store.answer(trainee, &self.questions, given, now_unix_s()),
+        let kept = match points.asking {
+            Asking::Questions => {
+                store.answer(&points.trainee, &self.questions, given, now_unix_s())
+            }
             Asking::Sheet => {
                 let session = self.debrief.as_ref().map_or("", |(_, session)| session);
-                let points = given.try_into();
-                store.set_sheet(session, points.map_err(|_| words.say("sheet-not-whole"))?)
+                let given = given.try_into().map_err(|_| words.say("sheet-not-whole"))?;
+                unlike(words, &store, points)?;
+                store.set_sheet(session, &points.rater, given)
             }
         };
         kept.map_err(|it| problem::of_store(words, &it))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use assess::{Difficulty, Outcome};
+
+    use super::*;
+
+    #[test]
+    fn a_new_rater_like_a_known_one_is_questioned_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut store = Store::open(&folder.path().join("store.sqlite")).unwrap();
+        let words = Words::default();
+        let mut points = Points {
+            asking: Asking::Sheet,
+            trainee: "Ada".to_owned(),
+            items: Vec::new(),
+            given: Vec::new(),
+            at: 0,
+            rater: "Bo Berg".to_owned(),
+            problem: None,
+        };
+        assert_eq!(unlike(&words, &store, &points), Ok(()));
+        let session = crate::store::tests::session(1, Difficulty::Exam, Outcome::Passed);
+        store.add_session("Ada", &session).unwrap();
+        store.set_sheet(&session.id, "Bo Berg", [3; 5]).unwrap();
+        assert_eq!(unlike(&words, &store, &points), Ok(()), "the same name");
+        "bo berg".clone_into(&mut points.rater);
+        let question = unlike(&words, &store, &points).unwrap_err();
+        assert!(question.contains("Bo Berg"), "{question}");
+        points.problem = Some(question);
+        assert_eq!(unlike(&words, &store, &points), Ok(()), "saved once more");
     }
 }

@@ -188,7 +188,7 @@ impl Desk {
             Wish::Certificate => self.certify(),
             Wish::Replay(at_s) => self.replay(at_s),
             Wish::Ask(asking) => self.ask(asking),
-            Wish::Answer(_) | Wish::Previous => self.answer(&wish),
+            Wish::Answer(_) | Wish::Previous | Wish::Rater(_) => self.answer(&wish),
             Wish::Keep => self.keep(),
             Wish::Back => self.show_debrief(),
             Wish::Quit => self.over = true,

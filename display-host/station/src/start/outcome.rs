@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use assess::report::Lesson;
-use assess::{Act, Alarm, AlarmKind, Difficulty, Metric, Reason, Rules, Task};
+use assess::{Act, Alarm, AlarmKind, Difficulty, Metric, Outcome, Reason, Rules, Task};
 use display_host::ui::TaskNote;
 use display_host::ui::launcher::{ClosePicture, Debrief, Earlier, LessonView, MetricRow};
 use display_host::words::Words;
@@ -17,11 +17,12 @@ use crate::report::close_file;
 use crate::store::{SessionCriteria, past};
 
 /// Metrics shown for an operation, in addition to those of its pass rule.
-const OF_OPERATION: [Metric; 9] = [
+const OF_OPERATION: [Metric; 10] = [
     Metric::Time,
     Metric::Alarms,
     Metric::Path,
     Metric::Economy,
+    Metric::PressWrongMax,
     Metric::Force95,
     Metric::CauteryAir,
     Metric::Blood,
@@ -90,6 +91,7 @@ pub(super) fn read(
         outcome: text("outcome").unwrap_or_default(),
         reasons: reasons(&summary),
         score,
+        unfinished: unfinished(&summary),
         lessons: lessons(out, &summary),
         acts: acts(&summary),
         lost: lost(&summary, words),
@@ -199,6 +201,14 @@ fn lessons(out: &Path, summary: &Value) -> Vec<LessonView> {
         }
     };
     Lesson::of(&alarms).into_iter().map(view).collect()
+}
+
+/// Score that the work of an aborted task would have had. The score of such a task is 0.
+fn unfinished(summary: &Value) -> Option<f64> {
+    let is_aborted = summary["outcome"].as_str() == Some(Outcome::Aborted.name());
+    let all = summary["lost"].as_array().into_iter().flatten();
+    let lost: f64 = all.filter_map(|it| it["points"].as_f64()).sum();
+    is_aborted.then(|| (100.0 - lost).max(0.0))
 }
 
 /// Metrics with advice, and the points that they lost. Other metrics count errors, which the
@@ -328,6 +338,24 @@ mod tests {
         assert_eq!(time.unwrap().value, Some(80.0));
         assert!(named.contains(&"paused_s".to_owned()));
         assert!(!named.contains(&"gaps_s".to_owned()), "too short");
+    }
+
+    #[test]
+    fn the_debrief_of_an_aborted_task_has_the_score_of_its_work_and_the_hardest_press() {
+        let of = |outcome: &str| {
+            let text = format!(
+                r#"{{"task": "clamp", "session": "s", "outcome": "{outcome}", "score": 0.0,
+                    "lost": [{{"metric": "clips_lost", "value": 4.0, "points": 20.0}}],
+                    "metrics": {{"press_wrong_max_n": 2.9, "force_p95_n": 0.0}}}}"#
+            );
+            read_it(folder(&text).path(), "").unwrap().0
+        };
+        let aborted = of("aborted");
+        assert_eq!(aborted.unfinished, Some(80.0));
+        assert_eq!(of("failed").unfinished, None);
+        let mut rows = aborted.metrics.iter();
+        let press = rows.find(|it| it.name == "press_wrong_max_n").unwrap();
+        assert_eq!(press.value, Some(2.9));
     }
 
     #[test]

@@ -471,13 +471,13 @@ pub(crate) fn past(
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use assess::{Anatomy, Assessment};
     use store::{Circumstances, Hand};
 
     use super::*;
 
-    fn session(number: i64, difficulty: Difficulty, outcome: Outcome) -> SessionRecord {
+    pub(crate) fn session(number: i64, difficulty: Difficulty, outcome: Outcome) -> SessionRecord {
         let rules = Rules::default();
         let assessed = Assessment::new(Task::Cut, difficulty, rules, Anatomy::default()).end();
         let id = number.to_string();

@@ -24,7 +24,7 @@ fn several_raters_score_a_session_each_once() {
     let it = session(1, "cut", 1.0);
     store.add_session("Ada", &it).unwrap();
     let [goals, cvs] = ["goals", "cvs"].map(|it| Sheet::named(it).unwrap());
-    store.set_sheet(&it.id, [1, 2, 3, 4, 5]).unwrap();
+    store.set_sheet(&it.id, "", [1, 2, 3, 4, 5]).unwrap();
     store.rate(&it.id, &goals, ("R", true), &[2; 5]).unwrap();
     let again = store.rate(&it.id, &goals, (" R ", false), &[4; 5]);
     let again = again.unwrap_err().to_string();

@@ -38,6 +38,8 @@ pub struct Debrief {
     pub reasons: Vec<Reason>,
     /// Score, 0 to 100.
     pub score: f64,
+    /// Score that the work would have had, if the task was not finished: its score is 0.
+    pub unfinished: Option<f64>,
     /// Errors, the gravest first.
     pub lessons: Vec<LessonView>,
     /// Metrics that cost points, each with the lost points. An error in `lessons` explains none of
@@ -205,7 +207,19 @@ fn head(ui: &mut Ui, words: &Words, debrief: &Debrief) {
         ui.label(RichText::new("·").size(1.6 * BODY_POINTS));
         ui.label(RichText::new(score).size(1.6 * BODY_POINTS));
     });
-    for reason in &debrief.reasons {
+    if let Some(score) = debrief.unfinished {
+        let score = format!("{score:.0}").into();
+        ui.label(words.say_with("page-unfinished", &[("score", score)]));
+    }
+    let open: Vec<String> = (debrief.reasons.iter())
+        .filter_map(|it| it.open_step().map(|step| words.step(step)))
+        .collect();
+    // One line for all open steps, so that the lessons stay near the top.
+    if !open.is_empty() {
+        let what = [("step", open.join("; ").into())];
+        ui.label(lessons::capital(&words.say_with("reason-not-done", &what)));
+    }
+    for reason in debrief.reasons.iter().filter(|it| it.open_step().is_none()) {
         ui.label(lessons::capital(&words.reason(reason)));
     }
     if debrief.answered {

@@ -89,7 +89,8 @@ pub(super) fn show(ui: &mut Ui, words: &Words, it: Lessons<'_>, wishes: &mut Vec
     }
     if let Some(step) = open {
         let what = [("step", words.step(step).into())];
-        line(ui, Mark::Care, &words.say_with("reason-not-done", &what));
+        let what = capital(&words.say_with("reason-not-done", &what));
+        line(ui, Mark::Care, &what);
         let next = words.say("page-next-time");
         ui.label(format!("{next} {}", words.place(step)));
     }

@@ -84,6 +84,8 @@ pub enum Wish {
     Ask(Asking),
     /// Rate the present item; 0: it does not apply.
     Answer(u8),
+    /// The name of the rater who fills the sheet is this.
+    Rater(String),
     /// Return to the previous item.
     Previous,
     /// Save the ratings.

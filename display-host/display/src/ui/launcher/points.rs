@@ -1,12 +1,15 @@
 //! Ratings from 1 to 5, one item after the other: the questionnaire, and the instructor's sheet.
 
-use egui::{Key, RichText, Ui};
+use egui::{Id, Key, RichText, TextEdit, Ui};
 
 use super::{Wish, pressed, screen, typed};
 use crate::ui::names;
 use crate::ui::screens::{BODY_POINTS, title};
 use crate::ui::widgets::{Mark, line};
 use crate::words::Words;
+
+/// Name of the field for the rater's name.
+const RATER: &str = "rater";
 
 /// Kind of form.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,6 +33,8 @@ pub struct Points {
     pub given: Vec<Option<u8>>,
     /// Index of the present item; after the last item, the number of items.
     pub at: usize,
+    /// Name of the rater who fills a sheet; may be empty.
+    pub rater: String,
     /// Reason why the ratings were not saved.
     pub problem: Option<String>,
 }
@@ -76,11 +81,17 @@ pub(super) fn show(ui: &mut Ui, words: &Words, points: &Points, wishes: &mut Vec
         title(ui, &points.title(words));
         let who = names::drawn(&points.trainee).into();
         ui.label(words.say_with("points-about", &[("name", who)]));
+        if points.asking == Asking::Sheet {
+            ui.label(words.say("points-goals"));
+        }
         if let Some(problem) = &points.problem {
             line(ui, Mark::Bad, problem);
         }
         ui.add_space(16.0);
         let Some(item) = item else {
+            if points.asking == Asking::Sheet {
+                rater(ui, words, &points.rater, wishes);
+            }
             ui.label(words.say("points-all"));
             for (item, given) in points.items.iter().zip(&points.given) {
                 let given = given.filter(|it| *it > 0);
@@ -125,7 +136,25 @@ pub(super) fn show(ui: &mut Ui, words: &Words, points: &Points, wishes: &mut Vec
     });
 }
 
+/// Asks for the rater's name. Points of several raters of a session are kept apart by it.
+fn rater(ui: &mut Ui, words: &Words, name: &str, wishes: &mut Vec<Wish>) {
+    let label = ui.label(words.say("points-rater"));
+    let mut own = name.to_owned();
+    let field = TextEdit::singleline(&mut own)
+        .id(Id::unique(RATER))
+        .char_limit(64);
+    if ui.add(field).labelled_by(label.id).changed() {
+        wishes.push(Wish::Rater(own));
+    }
+    ui.add_space(8.0);
+}
+
 fn keys(ui: &Ui, points: &Points, wishes: &mut Vec<Wish>) {
+    // In the field, Backspace deletes a letter, and Esc and Enter leave the field.
+    let field = Id::unique(RATER);
+    if ui.memory(|memory| memory.has_focus(field) || memory.had_focus_last_frame(field)) {
+        return;
+    }
     let numbers = [
         Key::Num0,
         Key::Num1,

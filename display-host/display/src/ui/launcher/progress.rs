@@ -1,10 +1,10 @@
 //! Progress of a trainee in the curriculum, and the task that comes next.
 
-use egui::{CollapsingHeader, ProgressBar, Ui};
+use egui::{CollapsingHeader, Ui};
 
 use super::{StartForm, Wish};
 use crate::ui::screens::part;
-use crate::ui::widgets::{GOOD, Mark, line};
+use crate::ui::widgets::{self, Mark, line};
 use crate::words::Words;
 
 /// A trainee's progress.
@@ -112,7 +112,7 @@ fn bar(ui: &mut Ui, words: &Words, view: &ProgressView) {
     ];
     ui.label(words.say_with("progress-done", &values));
     let share = done as f32 / of.max(1) as f32;
-    ui.add(ProgressBar::new(share).fill(GOOD).desired_height(10.0));
+    ui.add(widgets::bar(share).desired_height(10.0));
 }
 
 fn task(ui: &mut Ui, words: &Words, it: &TaskProgress) {

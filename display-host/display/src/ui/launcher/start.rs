@@ -289,9 +289,12 @@ fn trainee(
     names::warn(ui, words, &form.trainee);
     let kept = match form.trainee.trim().is_empty() {
         true => words.say("start-not-kept"),
-        false => words.say_with("start-kept", &[("store", start.store.as_str().into())]),
+        false => words.say("start-kept"),
     };
-    ui.label(RichText::new(kept).weak());
+    // A path says nothing to a trainee, so only the pointer calls it up.
+    let store = [("store", start.store.as_str().into())];
+    ui.label(RichText::new(kept).weak())
+        .on_hover_text(words.say_with("start-kept-where", &store));
 }
 
 fn task(ui: &mut Ui, words: &Words, start: &Start, form: &mut StartForm) {
@@ -377,8 +380,10 @@ fn devices(ui: &mut Ui, words: &Words, start: &Start, form: &mut StartForm, file
             &words.say_with(id, &[name, ("path", path.into())]),
         );
     }
+    // Lines of this computer concern only those who use real devices.
     if form.emulated {
         ui.label(RichText::new(words.say("start-hand")).italics());
+        return;
     }
     let plugged_in = match start.plugged_in.is_empty() {
         true => words.say("start-nothing-plugged-in"),

@@ -1,12 +1,12 @@
 //! Card of a guided step: a moving picture, one sentence, the goal, and the next step.
 
 use assess::Hint;
-use egui::{Color32, ProgressBar, RichText, Ui, vec2};
+use egui::{RichText, Ui, vec2};
 
 use super::super::UiState;
 use super::super::sketch::{self, Sketch};
 use super::super::task::TaskView;
-use super::super::widgets::GOOD;
+use super::super::widgets::bar;
 use crate::words::Words;
 
 /// Names of the guided tasks.
@@ -71,16 +71,10 @@ fn instructions(ui: &mut Ui, words: &Words, task: &TaskView, hint: &Hint) {
     });
 }
 
-/// Shows the measured progress of the step as a bar. An empty bar has no colour: egui would draw a
-/// dot.
+/// Shows the measured progress of the step as a bar.
 fn progress(ui: &mut Ui, hint: &Hint) {
     let Some(percent) = hint.percent else { return };
-    let fill = if percent == 0 {
-        Color32::TRANSPARENT
-    } else {
-        GOOD
-    };
-    let bar = ProgressBar::new(0.01 * f32::from(percent)).fill(fill);
+    let bar = bar(0.01 * f32::from(percent));
     ui.add(bar.desired_height(8.0).desired_width(BAR_POINTS));
 }
 

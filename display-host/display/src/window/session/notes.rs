@@ -3,10 +3,12 @@
 use std::time::{Duration, Instant};
 
 use assess::Step;
-use shared_mem::message::{SphereState, StateFrame, ToolFrame};
+use shared_mem::message::{EventMsg, SphereState, StateFrame, ToolFrame};
+use shared_mem::scene::SceneFile;
 use shared_mem::words::Instrument;
 
 use super::Session;
+use super::hook::Hook;
 use crate::ui::TaskView;
 
 /// Time for which a sentence and an alarm stay over the picture: enough to read twelve words twice,
@@ -17,7 +19,7 @@ const OPEN_CLOSED: [f32; 2] = [0.5, 0.05];
 /// Time that closed jaws get to hold tissue: several pictures of a fast computer.
 const HOLDS_WITHIN: Duration = Duration::from_millis(300);
 
-/// The sentence, the newest alarm and the jaws.
+/// The sentence, the newest alarm, the jaws and the hook.
 #[derive(Debug, Default)]
 pub(super) struct Notes {
     /// Time of the sentence.
@@ -25,6 +27,21 @@ pub(super) struct Notes {
     /// Number of the newest alarm, and the time at which it came.
     alarm: (usize, Option<Instant>),
     jaws: Jaws,
+    hook: Hook,
+}
+
+impl Notes {
+    pub(super) fn of(scene: &SceneFile) -> Self {
+        Self {
+            hook: Hook::of(scene),
+            ..Self::default()
+        }
+    }
+
+    /// Takes an event of the controller.
+    pub(super) fn event(&mut self, event: &EventMsg) {
+        self.hook.event(event);
+    }
 }
 
 /// Watches the jaws of the grasper.
@@ -68,6 +85,18 @@ fn asks_to_hold(task: Option<&TaskView>) -> bool {
     hint.is_none_or(|it| matches!(it.step, Step::Grasp { .. } | Step::Carry { .. }))
 }
 
+/// True if the present step asks for current on loose tissue.
+fn asks_for_current(task: Option<&TaskView>) -> bool {
+    use Step as S;
+    let hint = task.and_then(|it| it.hint.as_ref());
+    hint.is_some_and(|it| {
+        matches!(
+            it.step,
+            S::Coagulate | S::Triangle | S::LowerBed | S::Free | S::Clear { .. }
+        )
+    })
+}
+
 impl Session {
     /// Tells the trainee this sentence for a while.
     pub(super) fn note(&mut self, text: String) {
@@ -92,12 +121,26 @@ impl Session {
             return;
         };
         let holds = holds(state);
+        let heats = self.notes.hook.heats_wrong(tools, now);
         if self.notes.jaws.closed_on_nothing(tools, holds, now)
             && works
             && asks_to_hold(self.ui.task_view.as_ref())
         {
             self.note(self.ui.words.say("note-jaws-empty"));
         }
+        let Some(organ) = heats.filter(|_| works && asks_for_current(self.ui.task_view.as_ref()))
+        else {
+            return;
+        };
+        let words = &self.ui.words;
+        let text = match organ.and_then(|it| self.organs.get(it as usize)) {
+            Some(name) => {
+                let organ = words.organ(name).into();
+                words.say_with("note-hook-other", &[("organ", organ)])
+            }
+            None => words.say("note-hook-air"),
+        };
+        self.note(text);
     }
 }
 
@@ -141,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn only_a_step_that_asks_to_hold_speaks_of_empty_jaws() {
+    fn only_a_step_that_asks_for_it_speaks_of_empty_jaws_and_of_current() {
         let with = |step| TaskView {
             hint: Some(assess::Hint {
                 step,
@@ -154,5 +197,10 @@ mod tests {
         assert!(asks_to_hold(None));
         assert!(asks_to_hold(Some(&with(Step::Grasp { organ: organ() }))));
         assert!(!asks_to_hold(Some(&with(Step::Touch { organ: organ() }))));
+        assert!(asks_for_current(Some(&with(Step::Coagulate))));
+        assert!(!asks_for_current(Some(&with(Step::Grasp {
+            organ: organ()
+        }))));
+        assert!(!asks_for_current(None));
     }
 }

@@ -58,8 +58,10 @@ impl Session {
         let (heard, was_reset) = (&mut self.heard, &mut self.was_reset);
         let organs = &self.organs;
         let simulated = ui.simulated;
+        let notes = &mut self.notes;
         self.host.drain_events(|event| {
             feed.note_event(event);
+            notes.event(event);
             // A reset clears all bleeding and stains, whoever requested it.
             if event.is(EventKind::Reset) {
                 pending.clear();
