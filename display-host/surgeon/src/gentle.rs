@@ -41,9 +41,10 @@ const HANGS_M: f64 = 0.0012;
 /// A duct or vessel that has moved along with the hook by this distance hangs on the hook, m.
 const COMES_ALONG_M: f64 = 0.004;
 
-/// Force on the hand below which nothing hangs on the hook, N. Loose fat and the ducts in it follow
-/// a hook at less force, and slip off it. If the hand stopped for them, it would never get out of
-/// the fat of some patients (`patients::careful_surgeon_opens_the_cover_without_harm`).
+/// Force on the hand below which the surgeon moves on though a tube comes along, N. Loose fat and
+/// the ducts in it follow a hook at less force, and slip off it. If the hand stopped for them, it
+/// would not get out of the fat of some patients
+/// (`patients::careful_surgeon_opens_the_cover_without_harm`).
 const HANGS_N: f64 = 0.05;
 
 /// A sphere of a duct or vessel that may hang on the hook, and its position when the hook came
@@ -143,7 +144,8 @@ impl Work<'_> {
             if way.norm() < nearest_m - CLOSER_M {
                 (nearest_m, nearer_s) = (way.norm(), work.seen.at_s);
             }
-            hangs = work.comes_along(&mut hanging);
+            let is_felt = wide(work.seen.tools.force_n).norm() >= HANGS_N;
+            hangs = work.comes_along(&mut hanging) && is_felt;
             if hangs {
                 return true;
             }
@@ -159,7 +161,7 @@ impl Work<'_> {
         Ok(hanging.filter(|_| hangs))
     }
 
-    /// True if the duct or vessel nearest to the hook has come along with it, and the hand feels it.
+    /// True if the duct or vessel nearest to the hook has come along with it.
     pub(crate) fn comes_along(&self, hanging: &mut Option<Hanging>) -> bool {
         let (Some(electrode), state) = (self.electrode(), &self.seen.state) else {
             return false;
@@ -171,8 +173,7 @@ impl Work<'_> {
         let nearest = tubes.min_by(|a, b| room_m(a).total_cmp(&room_m(b)));
         let near = nearest.filter(|bar| room_m(bar) < HANGS_M);
         let near = near.and_then(|bar| bar.tube.map(|sphere| (sphere, bar.ends[0])));
-        let comes = hangs(hanging, near, |sphere| self.sight.now(sphere, state));
-        comes && wide(self.seen.tools.force_n).norm() >= HANGS_N
+        hangs(hanging, near, |sphere| self.sight.now(sphere, state))
     }
 
     /// Room between the hook and structures that it must not touch, m, and the direction away from

@@ -126,7 +126,7 @@ fn every_injury_ends_the_task_or_rules_out_a_pass() {
 /// Bile is lost, and that costs points.
 #[test]
 fn a_gallbladder_that_is_burnt_through_counts_as_perforated() {
-    let result = operate(Surgeon::BagBurner, Task::Identify, 24);
+    let result = operate(Surgeon::BagBurner, Task::Identify, 30);
     let it = &result.assessed;
     let perforations = it.metrics.get(Metric::Perforations);
     assert!(perforations >= 1.0, "{:?}", result.said);

@@ -249,9 +249,7 @@ impl Close {
         let rate = DAMPING_TIME_S / step_s;
         // Compliance of the spring, relative to the pair's inverse mass.
         let softness = (STIFFNESS_N_M * step_s * step_s * weight_per_kg).recip();
-        let correction_share = ((1.0 + rate) + softness)
-            .recip()
-            .min(CORRECTION_SHARE_MAX);
+        let correction_share = ((1.0 + rate) + softness).recip().min(CORRECTION_SHARE_MAX);
         let wanted_m = correction_share * (self.pair.apart_m - near_m + rate * approached_m);
         let push_m = wanted_m
             .min(approached_m + PARTING_SPEED_MAX_M_S * step_s)

@@ -301,13 +301,13 @@ fn closest_skin(
 ) -> Option<(ClosestPoint, f32)> {
     let (center_m, skin) = (&point.center_m, &scene.skin);
     let separation_m = |found: &ClosestPoint| {
-        let way_m = center_m - found.at_m;
-        let mut away_m = found.normal.dot(&way_m);
-        // A tool point that stands beside an edge is not under the skin, however low it is. A skin
-        // that pushes keeps its height, so that its force has no step.
-        let is_beside = way_m.norm_squared() > 2.0 * away_m * away_m;
-        if is_beside && contact.cached.force_n <= 0.0 {
-            away_m = math::norm(&way_m);
+        let offset_m = center_m - found.at_m;
+        let mut away_m = found.normal.dot(&offset_m);
+        // A tool point that lies out past an edge is not under the skin, however low it is. A skin
+        // that pushes keeps the height, so that its force has no step.
+        let is_past_edge = offset_m.norm_squared() > 2.0 * away_m * away_m;
+        if is_past_edge && contact.cached.force_n <= 0.0 {
+            away_m = math::norm(&offset_m);
         }
         away_m - point.radius_m + found.sunk_m(scene, bodies)
     };

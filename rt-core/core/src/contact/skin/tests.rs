@@ -243,10 +243,10 @@ fn spheres_under_a_wide_ball_share_its_load() {
     assert!(speed_max < 0.06 * sum, "{} of all", speed_max / sum);
 }
 
-/// A ball beside a sheet, lower than its skin, stands in the open. A ball that begins as deep in the
-/// middle of the sheet is pressed.
+/// A ball out past the edge of a sheet, lower than its skin, stands in the open. A ball that begins
+/// as deep in the middle of the sheet is pressed.
 #[test]
-fn ball_beside_an_edge_is_not_pressed() {
+fn ball_past_an_edge_is_not_pressed() {
     let sheet = Sheet::new();
     for (out_m, is_pressed) in [(Sheet::HALF_M + 0.008, false), (0.0, true)] {
         let mut bodies = Box::new(Bodies::new());
