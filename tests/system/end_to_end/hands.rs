@@ -32,30 +32,42 @@ const TASKS: [(&str, &str); 7] = [
 /// Time for a hand that makes one error, s.
 const ERROR_S: &str = "45";
 
-/// Hands that injure a structure: the structure, the alarms of which one must sound, and whether
-/// the injury ends the task. Tissue that the hook burns half through may tear at its end.
-const INJURIES: [(&str, &str, &[&str], bool); 11] = [
-    ("duct-cutter", "bile duct", &["cut"], true),
-    ("duct-tearer", "bile duct", &["torn"], true),
-    ("duct-scorcher", "bile duct", &["perforated", "torn"], true),
+/// Hands that injure a structure: the structures of which one must be injured, the alarms of which
+/// one must sound, and whether the injury ends the task. Tissue that the hook burns half through
+/// may tear at its end. Whoever tears the bile duct away tears the hepatic artery with it, within
+/// 0.2 s, and the first one ends the task.
+const INJURIES: [(&str, &[&str], &[&str], bool); 11] = [
+    ("duct-cutter", &["bile duct"], &["cut"], true),
+    (
+        "duct-tearer",
+        &["bile duct", "hepatic artery"],
+        &["torn"],
+        true,
+    ),
+    (
+        "duct-scorcher",
+        &["bile duct"],
+        &["perforated", "torn"],
+        true,
+    ),
     (
         "duct-coagulator",
-        "bile duct",
+        &["bile duct"],
         &["perforated", "torn"],
         true,
     ),
-    ("duct-puller", "bile duct", &["torn"], true),
-    ("artery-puller", "bile duct", &["torn"], true),
-    ("artery-cutter", "hepatic artery", &["cut"], true),
+    ("duct-puller", &["bile duct"], &["torn"], true),
+    ("artery-puller", &["bile duct"], &["torn"], true),
+    ("artery-cutter", &["hepatic artery"], &["cut"], true),
     (
         "artery-scorcher",
-        "hepatic artery",
+        &["hepatic artery"],
         &["perforated", "torn"],
         true,
     ),
-    ("burner", "bile duct", &["burnt"], false),
-    ("bowel-burner", "duodenum", &["burnt"], false),
-    ("bag-burner", "gallbladder", &["perforated"], false),
+    ("burner", &["bile duct"], &["burnt"], false),
+    ("bowel-burner", &["duodenum"], &["burnt"], false),
+    ("bag-burner", &["gallbladder"], &["perforated"], false),
 ];
 /// Hands that work a task to its end. `losing` is the careful one, whose devices fall silent for
 /// three seconds.
@@ -239,12 +251,15 @@ fn agree(it: &Worked, hand: &str, task: &str) {
 
 /// True if the scripted hand caused its injury, made its error or did its task.
 fn did(it: &Worked, hand: &str, task: &str) -> bool {
-    if let Some((_, organ, alarms, ends_task)) = INJURIES.iter().find(|it| it.0 == hand) {
+    if let Some((_, organs, alarms, ends_task)) = INJURIES.iter().find(|it| it.0 == hand) {
         let injuries = it.summary["injuries"].as_array().expect("injuries");
-        let is_told = |it: &&Value| it["organ"] == *organ && it["ends_task"] == *ends_task;
-        return injuries.iter().any(|it| is_told(&it))
+        let is_told = |organ: &str| {
+            let mut injuries = injuries.iter();
+            injuries.any(|it| it["organ"] == organ && it["ends_task"] == *ends_task)
+                && it.page.contains(organ)
+        };
+        return organs.iter().any(|organ| is_told(organ))
             && it.alarms().iter().any(|alarm| alarms.contains(alarm))
-            && it.page.contains(organ)
             && match ends_task {
                 true => it.outcome() == "failed" && it.score() <= 60.0,
                 false => it.outcome() != "passed",
@@ -255,7 +270,7 @@ fn did(it: &Worked, hand: &str, task: &str) -> bool {
         LOSING => {
             it.outcome() == "passed"
                 && it.metric("device_lost_s") > 2.0
-                && it.page.contains("A device was missing for")
+                && it.page.contains("A device was missing")
         }
         "dropper" => it.alarms().contains(&"clip_lost") && it.outcome() != "passed",
         "unclamped" => {
@@ -264,7 +279,7 @@ fn did(it: &Worked, hand: &str, task: &str) -> bool {
             it.outcome() != "passed" && (!cuts || it.alarms().contains(&"unclamped"))
         }
         // A device that is late while the hand rests takes that time away.
-        "pausing" => it.metric("idle_s") + it.metric("device_lost_s") > 15.0,
+        "pausing" => it.metric("idle_s") + it.metric("device_lost_s") > 10.0,
         // Its endoscope wanders off, so that it clips, cuts and burns unseen.
         "novice" => task == "scope" || it.outcome() != "passed",
         "hurried" => task != "clamp" || it.outcome() == "failed",
