@@ -303,10 +303,11 @@ fn closest_skin(
     let separation_m = |found: &ClosestPoint| {
         let offset_m = center_m - found.at_m;
         let mut away_m = found.normal.dot(&offset_m);
-        // A tool point that lies out past an edge is not under the skin, however low it is. A skin
-        // that pushes keeps the height, so that its force has no step.
+        // A tool point that comes to lie out past an edge is not under the skin, however low it is.
+        // A skin that is near already keeps the height, so that its force has no step
+        // (`force_on_the_built_in_organs_has_no_step`).
         let is_past_edge = offset_m.norm_squared() > 2.0 * away_m * away_m;
-        if is_past_edge && contact.cached.force_n <= 0.0 {
+        if is_past_edge && !contact.is_near {
             away_m = math::norm(&offset_m);
         }
         away_m - point.radius_m + found.sunk_m(scene, bodies)
