@@ -44,7 +44,7 @@ const COMES_ALONG_M: f64 = 0.004;
 /// Force on the hand below which the surgeon moves on though a tube comes along, N. Loose fat and
 /// the ducts in it follow a hook at less force, and slip off it. If the hand stopped for them, it
 /// would not get out of the fat of some patients
-/// (`patients::careful_surgeon_opens_the_cover_without_harm`).
+/// (`patients::careful_surgeon_opens_the_cover_without_injury`).
 const HANGS_N: f64 = 0.05;
 
 /// A sphere of a duct or vessel that may hang on the hook, and its position when the hook came

@@ -114,6 +114,9 @@ fn the_careful_shows_the_drills_on_the_phantom() {
     );
     assert_eq!(it.outcome, Outcome::Passed, "{:?}", it.reasons);
     assert_eq!(it.steps.len(), 7);
+    // A shaft that passes beside the board, 13 mm from its edge, once pressed it with 0.9 N.
+    let touches = it.metrics.get(Metric::TouchesWrong);
+    assert!(touches.is_nan() || touches < 0.5, "{touches}");
 }
 
 #[test]

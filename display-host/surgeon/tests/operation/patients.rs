@@ -173,15 +173,16 @@ fn an_angled_endoscope_shows_the_view_from_behind_where_a_straight_one_cannot() 
 
 /// The cover parts under the hook: within this time half of the triangle is gone. With bare fat,
 /// tied to ducts alone, it was 2 % after 30 s. A hand that does not get out of the fat has 5 %.
+/// A slight burn, here of the cystic duct, costs points and is no injury.
 #[test]
-fn careful_surgeon_opens_the_cover_without_harm() {
+fn careful_surgeon_opens_the_cover_without_injury() {
     let result = identify("ada", 80.0);
     let metrics = &result.assessed.metrics;
     let gone = metrics.get(Metric::CvsTriangle);
     println!("{gone:.3} of it is gone");
     assert!(gone > 0.3, "{gone}");
-    assert!(metrics.get(Metric::BurnsWrong) < 0.5);
-    assert!(metrics.get(Metric::Perforations) < 0.5);
+    let injuries = &result.assessed.injuries;
+    assert!(injuries.is_empty(), "{injuries:?}");
 }
 
 /// Longest time in which the views are shown after the dissection, s.
