@@ -291,7 +291,7 @@ impl SkinContacts {
 
 /// The closest point of an organ's skin to a tool point, and its separation, m. If the tool point
 /// touches the skin, its god-object is followed. Otherwise a walk that starts at the sphere nearest
-/// to the tool point finds skin that may be nearer.
+/// to the tool point finds skin that may be nearer; the nearer of the two is taken.
 fn closest_skin(
     point: &ToolPoint,
     contact: &PersistentContact,
@@ -324,10 +324,10 @@ fn closest_skin(
         *center_m
     };
     let followed = walk(&lifted_m, contact.vertex, skin, bodies, cache);
-    if let Some(found) = followed {
-        let separation_m = separation_m(&found);
+    if let Some(found) = &followed {
+        let separation_m = separation_m(found);
         if separation_m <= 0.0 || contact.cached.force_n > 0.0 {
-            return Some((found, separation_m));
+            return followed.map(|found| (found, separation_m));
         }
     }
     let mut nearest: Option<(u32, f32)> = None;
@@ -341,7 +341,11 @@ fn closest_skin(
     if distance_m > point.radius_m + TRACKING_RANGE_M {
         return None;
     }
-    let found = walk(center_m, skin.near_sphere(sphere)?, skin, bodies, cache)?;
+    let reached = walk(center_m, skin.near_sphere(sphere)?, skin, bodies, cache);
+    // The walk from the sphere may end on the other side of a thin organ.
+    let distance_m2 = |found: &ClosestPoint| (center_m - found.at_m).norm_squared();
+    let both = [followed, reached].into_iter().flatten();
+    let found = both.min_by(|a, b| distance_m2(a).total_cmp(&distance_m2(b)))?;
     let separation_m = separation_m(&found);
     Some((found, separation_m))
 }
