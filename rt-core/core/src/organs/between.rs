@@ -174,7 +174,9 @@ impl Between {
         if self.is_idle {
             return;
         }
-        for close in &self.now.close {
+        // Most pairs are near and do not touch: they have no impulse.
+        let pressed = self.now.close.iter();
+        for close in pressed.filter(|it| it.push_m_kg != Lanes::ZERO) {
             if let Some(window) = SubstepWindow::due(now, close.substeps.into(), scene) {
                 let paces = close.paces(&window, scene, bodies);
                 close.move_by(close.push_m_kg, paces, bodies);
@@ -215,8 +217,10 @@ impl Close {
             true => Lanes::ZERO,
             false => self.solve(paces, at.step_s(), bodies),
         };
-        self.move_by(push_m_kg - self.push_m_kg, paces, bodies);
-        self.push_m_kg = push_m_kg;
+        if push_m_kg != self.push_m_kg {
+            self.move_by(push_m_kg - self.push_m_kg, paces, bodies);
+            self.push_m_kg = push_m_kg;
+        }
     }
 
     /// Sphere without the pair's own impulse, with the last impulses of the tools.
