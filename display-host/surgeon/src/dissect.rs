@@ -398,9 +398,8 @@ impl Work<'_> {
         });
         if gone {
             self.burn_on()?;
-        } else {
-            self.asked.switches = 0;
         }
+        self.asked.switches = 0;
         self.goes_on()?;
         Ok(gone)
     }
