@@ -16,10 +16,12 @@
 //! calculix    two references of force, by CalculiX → comparison of the forces
 //! measured    published measurement → Calot's result under the same condition
 //! hands       recorded hands of surgeons and novices → the metrics that separate them
+//! ablation    tuned value × change → what becomes better or worse
 //! all         the first ten, as CSV, SVG and one offline page
 //! tables      the CSV files in tests/results → the tables of its README.md
 //! ```
 
+mod ablation;
 mod accuracy;
 mod body;
 mod case;
@@ -147,8 +149,12 @@ enum Command {
     /// Compares Calot with measurements that others published: silicones between plates, a swinging
     /// beam, organs, instruments.
     Measured(measured::MeasuredArgs),
-    /// Measures everything but `calculix`, `hands` and `measured`. Real organs are read from the
-    /// folder that CALOT_ANATOMY names.
+    /// Changes each tuned value of contact, force and tissue: off, 30 % less, 30 % more. Measures
+    /// what becomes better or worse. Takes an hour: it builds a copy of the sources in which the
+    /// values are variable.
+    Ablation(ablation::AblationArgs),
+    /// Measures everything but `ablation`, `calculix`, `hands` and `measured`. Real organs are read
+    /// from the folder that CALOT_ANATOMY names.
     All(Asked),
     /// Rewrites the tables of README.md in a folder from the CSV files in the same folder, and
     /// those of the guide for latency testers.
@@ -253,6 +259,7 @@ fn perform(command: Command) -> Result<(), String> {
         Command::Heat(asked) => run(&asked, &[Chart::Heat]),
         Command::Hands(asked) => measure_hands(&asked),
         Command::Measured(asked) => compare_with_measured(&asked),
+        Command::Ablation(asked) => ablation::run(&asked),
         Command::All(asked) => run(&asked, &Chart::ALL),
         Command::Tables { folder } => rewrite_tables(&folder),
     }

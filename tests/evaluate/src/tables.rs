@@ -3,6 +3,7 @@
 //! A table is the text between `<!-- table: NAME -->` and `<!-- end -->`. [`rewrite`] replaces this
 //! text. All other text in the file is written by hand.
 
+mod ablation;
 mod competitors;
 mod drawing;
 mod force;
@@ -87,6 +88,8 @@ fn table(name: &str, folder: &Path) -> Result<Table, String> {
         "calculix" => force::calculix(&read("force_calculix.csv")?),
         "force steps" => force::steps(&read("force_steps.csv")?),
         "slow work" => slow_work(&read("slow_work.csv")?),
+        "ablation" => ablation::by_criterion(&read("ablation.csv")?),
+        "ablation by room" => ablation::by_room(&read("ablation.csv")?),
         "collision" => collision(&read("collision.csv")?),
         "collision by size" => {
             collision_by_size(&[read("collision.csv")?, read("collision-h200.csv")?])

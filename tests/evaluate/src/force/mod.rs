@@ -8,6 +8,7 @@ mod ours;
 mod page;
 mod reference;
 mod rows;
+mod sample;
 mod wrench;
 
 use std::path::Path;
@@ -21,6 +22,7 @@ pub(crate) use calculix::run as run_calculix;
 pub(crate) use page::{chart, section};
 pub(crate) use reference::Meshes;
 pub(crate) use rows::{csv, depth_csv, motion, steps_csv};
+pub(crate) use sample::Sample;
 pub(crate) use wrench::TOUCHES_N;
 
 /// Finds each case's reference in `folder` or in the repository, or solves it and keeps it in

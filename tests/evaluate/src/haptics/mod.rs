@@ -6,6 +6,7 @@ mod felt;
 mod law;
 mod port;
 mod report;
+mod sample;
 mod scene;
 mod trial;
 
@@ -13,6 +14,7 @@ use rt_core::state::State;
 
 pub(crate) use port::strokes;
 pub(crate) use report::{chart, csv, section, waits_csv};
+pub(crate) use sample::Sample;
 
 use crate::methods::Parts;
 use device::{Device, Hand};

@@ -2,6 +2,7 @@
 //! random places of every organ. Two seconds after it has left the tissue, every organ must be at
 //! rest, outside its neighbours and attached as before.
 
+mod sample;
 mod snapshot;
 mod trial;
 
@@ -12,6 +13,7 @@ use shared_mem::scene::{SceneFile, str_from_name};
 
 use crate::csv::split;
 use crate::page::{Section, table};
+pub(crate) use sample::Sample;
 use snapshot::Worst;
 use trial::{Found, Work};
 
@@ -55,10 +57,7 @@ pub(crate) fn run(quick: bool, only: &str) -> Result<Vec<Row>, String> {
     let mut rows = Vec::new();
     let places = if quick { 1 } else { PLACES };
     for (name, is_variant) in [("triangle", false), ("variant triangle", true)] {
-        let recipe = Recipe::triangle(is_variant).map_err(|e| e.to_string())?;
-        let prepared = prepare(&recipe, &mut |_| {}).map_err(|e| e.to_string())?;
-        let bytes = prepared.scene.to_bytes().map_err(|e| e.to_string())?;
-        let scene = SceneFile::from_bytes(&bytes).map_err(|e| e.to_string())?;
+        let scene = compiled(is_variant)?;
         for organ in 0..scene.organs().len() {
             for work in Work::ALL {
                 for seed in 1..=places {
@@ -71,6 +70,13 @@ pub(crate) fn run(quick: bool, only: &str) -> Result<Vec<Row>, String> {
         }
     }
     Ok(rows)
+}
+
+fn compiled(is_variant: bool) -> Result<SceneFile, String> {
+    let recipe = Recipe::triangle(is_variant).map_err(|e| e.to_string())?;
+    let prepared = prepare(&recipe, &mut |_| {}).map_err(|e| e.to_string())?;
+    let bytes = prepared.scene.to_bytes().map_err(|e| e.to_string())?;
+    SceneFile::from_bytes(&bytes).map_err(|e| e.to_string())
 }
 
 fn row(

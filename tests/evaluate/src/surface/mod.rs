@@ -17,6 +17,7 @@ use glam::{Quat, Vec3};
 use rt_process::rehearsal::rehearse;
 use rt_process::replay::Replay;
 use scene_prepare::{Recipe, prepare};
+use shared_mem::inputs::{InputRecord, RunSetup};
 use shared_mem::message::{StateFrame, ToolFrame};
 use shared_mem::scene::{SceneFile, str_from_name};
 use shared_mem::words::Instrument;
@@ -39,7 +40,7 @@ const PICTURE: [u32; 2] = [800, 600];
 /// Distance of the camera from the tool in a picture, m.
 const VIEW_M: f32 = 0.07;
 /// Operations recorded by the tests of the scripted surgeon.
-const RECORDED: [&str; 2] = ["cut", "disconnect"];
+pub(crate) const RECORDED: [&str; 2] = ["cut", "disconnect"];
 
 /// A line of `surface.csv`.
 pub(crate) struct Row {
@@ -173,13 +174,20 @@ fn replayed(scene: &SceneFile, scene_name: &str, out: &Path) -> Result<Vec<Row>,
     Ok(rows)
 }
 
-/// Replays a recorded operation and finds the faults of its frames.
-fn judged<'a>(scene: &'a SceneFile, name: &str) -> Result<Judge<'a>, String> {
+/// Inputs of a recorded operation.
+///
+/// # Errors
+/// When the file cannot be read, in words.
+pub(crate) fn recorded(name: &str) -> Result<(RunSetup, Vec<InputRecord>), String> {
     let folder =
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../../display-host/surgeon/tests/recorded");
     let path = folder.join(format!("{name}.inputs"));
-    let (setup, records) =
-        session::inputs_file::read(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+    session::inputs_file::read(&path).map_err(|e| format!("{}: {e}", path.display()))
+}
+
+/// Replays a recorded operation and finds the faults of its frames.
+fn judged<'a>(scene: &'a SceneFile, name: &str) -> Result<Judge<'a>, String> {
+    let (setup, records) = recorded(name)?;
     let mut judge = Judge::new(scene);
     let replay = Replay::new(scene, &setup).map_err(|e| e.to_string())?;
     let (mut state, mut tools) = (bytemuck::zeroed_box(), bytemuck::zeroed_box());
