@@ -116,6 +116,12 @@ impl<'a> TickView<'a> {
         self.stones.all(self.scene)
     }
 
+    /// Radius of each stone, m.
+    #[must_use]
+    pub const fn stone_radius_m(&self) -> f32 {
+        self.scene.stones.radius_m()
+    }
+
     /// The spheres, in the scene's order.
     pub fn spheres(&self) -> impl ExactSizeIterator<Item = SphereView> + use<'a> {
         let count = self.scene.spheres.len() as u32;

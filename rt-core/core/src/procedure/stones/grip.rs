@@ -36,8 +36,7 @@ pub struct Held {
 impl StoneState {
     /// The stone between the jaws: its number.
     pub(crate) fn held(&self) -> Option<usize> {
-        let is_held = |it: &Stone| matches!(it.place, Place::Held(_));
-        self.stones.iter().position(is_held)
+        self.stones.iter().position(Stone::is_held)
     }
 
     /// Opening of jaws that would close to `jaw`: a held stone stops them.

@@ -117,6 +117,12 @@ impl Stone {
         matches!(self.place, Place::Moves | Place::Rests(_) | Place::Held(_))
     }
 
+    /// True if the jaws hold it.
+    #[must_use]
+    pub const fn is_held(&self) -> bool {
+        matches!(self.place, Place::Held(_))
+    }
+
     /// True if it lies or moves on tissue.
     const fn is_free(&self) -> bool {
         matches!(self.place, Place::Moves | Place::Rests(_))
