@@ -4,12 +4,16 @@ use glam::{Quat, Vec3};
 use shared_mem::message::{CapsuleMsg, PoseMsg, ToolFrame};
 use shared_mem::scene::{OrganKind, SceneFile};
 
-use super::{Chapter, Shot, best_side, bounds, camera_only, is_free, judges, others};
+use super::{Chapter, Shot, best_side, bounds, camera_only, is_free, judges, lying, others};
 use crate::effects::{Effect, Flow, Kind};
 use crate::render::camera::upright;
 
 /// Position of the hook's tip relative to its joint, m.
 const HOOK_TIP_M: Vec3 = Vec3::new(0.0, -0.0042, -0.0119);
+
+/// Number of the stones in a picture, and their radius, m.
+const STONES: usize = 9;
+const STONE_RADIUS_M: f32 = 0.002_5;
 
 /// Clearance between the line of sight and the spheres of an organ, m.
 const CLEAR_M: f32 = 0.004;
@@ -35,6 +39,7 @@ pub(super) fn all(scene: &SceneFile) -> Vec<Shot> {
         ("Fresh bleeding", vec![Kind::Blood], 0.25, bleeds),
         ("Older bleeding", vec![Kind::Blood], 12.0, bleeds),
         ("Bile", vec![Kind::Bile], 12.0, leaks),
+        ("Spilled stones", vec![Kind::Bile], 12.0, leaks),
     ];
     let shots = kinds.into_iter().map(|(title, kinds, seconds, site)| {
         let Site { at, out, from, .. } = site;
@@ -63,6 +68,10 @@ pub(super) fn all(scene: &SceneFile) -> Vec<Shot> {
             false => camera_only(scene, world_from_camera),
         };
         Shot {
+            stones: match title {
+                "Spilled stones" => lying(scene, at, STONES, STONE_RADIUS_M),
+                _ => Vec::new(),
+            },
             effects: (begin, seconds),
             ..Shot::new(Chapter::Effects, title, tools)
         }
