@@ -62,19 +62,19 @@ fn gallstone(in: VertexOut, footprint: f32) -> Surface {
   // Cholesterol and pigment lie in layers and patches.
   let dark = clamp(0.45 + 0.35 * own.x + 0.9 * broad.w + 0.45 * middle.w, 0.0, 1.0);
   var s: Surface;
-  let pale = mix(vec3f(0.36, 0.205, 0.055), vec3f(0.29, 0.17, 0.075), 0.5 + 0.5 * own.y);
-  let brown = mix(vec3f(0.085, 0.036, 0.012), vec3f(0.045, 0.026, 0.016), 0.5 + 0.5 * own.z);
-  s.albedo = mix(pale, brown, dark) * (1.0 + 0.35 * fine.w);
+  let pale = mix(vec3f(0.200, 0.090, 0.018), vec3f(0.150, 0.078, 0.026), 0.5 + 0.5 * own.y);
+  let brown = mix(vec3f(0.036, 0.014, 0.005), vec3f(0.016, 0.010, 0.006), 0.5 + 0.5 * own.z);
+  s.albedo = mix(pale, brown, dark) * (1.0 + 0.7 * fine.w + 0.3 * middle.w);
   // Bile stays in the hollows.
   let hollow = smoothstep(0.97, 0.80, length(p));
-  s.albedo = mix(s.albedo, vec3f(0.070, 0.060, 0.012), 0.45 * hollow);
+  s.albedo = mix(s.albedo, vec3f(0.030, 0.026, 0.006), 0.5 * hollow);
   s.smooth_normal = normalize(in.normal);
-  let rough = turn * (middle.xyz * 0.05 + fine.xyz * 0.09);
+  let rough = turn * (middle.xyz * 0.09 + fine.xyz * 0.16);
   s.normal = normalize(s.smooth_normal - rough);
-  s.film_normal = normalize(s.smooth_normal - 0.45 * rough);
+  s.film_normal = normalize(s.smooth_normal - 0.6 * rough);
   s.roughness = 0.5;
-  s.film = 1.0;
-  s.film_roughness = 0.13;
+  s.film = 0.75;
+  s.film_roughness = 0.17 + 0.05 * fine.w;
   s.reflectance = 0.04;
   s.scatter = vec3f(0.22, 0.12, 0.05);
   s.metal = 0.0;

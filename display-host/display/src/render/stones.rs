@@ -16,7 +16,7 @@ pub(super) const FIRST_PART: usize = 32;
 const _: () = assert!(FIRST_PART + MAX_STONES <= PARTS);
 /// Subdivisions of the icosahedron of which a stone is made.
 const FINENESS: u32 = 3;
-/// Every so manieth stone is a mulberry.
+/// One of so many stones is a mulberry.
 const MULBERRY_EVERY: u32 = 4;
 /// Planes that cut a faceted stone.
 const FACETS: u32 = 9;
@@ -119,7 +119,6 @@ fn radius(number: u32, direction: Vec3) -> f32 {
         let highest = (0..BUMPS).map(bump).fold(0.0, f32::max);
         return size * (0.92 - 0.5 * BUMP + BUMP * highest.sqrt());
     }
-    // Two facets of ten lie opposite each other, and the others around.
     let mut sum = 1.0;
     for k in 0..FACETS {
         let normal = own(100 + k).normalize_or(Vec3::X);
