@@ -51,9 +51,10 @@ struct Space {
 pub(super) fn around(scene: &SceneFile) -> Cavity {
     let space = Space::of(scene);
     let mut cavity = Cavity::default();
+    let has_stones = scene.stones().is_some();
     let walls = OrganKind::AbdominalWall as u32;
     if scene.organs().iter().all(|organ| organ.kind != walls) {
-        cavity.add_shell(&space);
+        cavity.add_shell(&space, has_stones);
     }
     let below = [OrganKind::Fat as u32, OrganKind::Intestine as u32];
     if scene
@@ -150,7 +151,9 @@ fn fixed(position: Vec3, look: OrganKind, ambient: f32) -> RestVertex {
 }
 
 impl Cavity {
-    fn add_shell(&mut self, space: &Space) {
+    /// Adds the shell. Stones lie on an even bowl (`rt_core::procedure::stones`), so with stones the
+    /// lower part has no folds.
+    fn add_shell(&mut self, space: &Space, has_stones: bool) {
         let [around, down] = SHELL;
         let first = self.vertices.len() as u32;
         for k in 0..=down {
@@ -161,7 +164,12 @@ impl Cavity {
                 let d = Vec3::new(flat * turn.cos(), height, flat * turn.sin());
                 // The wall has broad, soft folds.
                 let folds = noise(d * 2.1 + 3.7).1 * 0.10 + noise(d * 5.3 + 1.1).1 * 0.035;
-                let at = space.world(d * space.radii * space.wall(d, 1.0 + folds));
+                let even = if has_stones {
+                    (1.0 + 2.0 * d.y).clamp(0.0, 1.0)
+                } else {
+                    1.0
+                };
+                let at = space.world(d * space.radii * space.wall(d, 1.0 + folds * even));
                 self.vertices
                     .push(fixed(at, OrganKind::AbdominalWall, 0.85));
             }

@@ -72,13 +72,6 @@ impl Bounds {
         self.is_near(&place, reach_m)
     }
 
-    /// Height of the lowest corner along the unit vector `up`, m.
-    pub(crate) fn lowest_m(&self, up: &Vec3) -> f32 {
-        let (low, high) = (self.low_m.component_mul(up), self.high_m.component_mul(up));
-        let least = low.inf(&high);
-        least.x + least.y + least.z
-    }
-
     /// True if the boxes come nearer to each other than `margin_m`.
     pub(crate) fn is_near(&self, other: &Self, margin_m: f32) -> bool {
         let gap = (self.low_m - other.high_m).sup(&(other.low_m - self.high_m));

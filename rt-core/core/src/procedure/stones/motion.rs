@@ -32,25 +32,31 @@ const LIFTED_M: f32 = 0.001;
 const TURNED: f32 = 0.95;
 /// Steps from one look of a resting stone at its tissue to the next: 0.1 s.
 const LOOK_STEPS: u64 = 13;
-/// Depth below all organs at which a stone counts as lost, m.
-const LOST_M: f32 = 0.02;
 
 /// Rest on tissue.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rest {
-    /// Sphere of the tissue that carries the stone.
-    sphere: u32,
-    /// Place of the stone from the sphere's centre, m.
+    /// Sphere of the tissue that carries the stone; `None` for the abdomen below the organs.
+    sphere: Option<u32>,
+    /// Place of the stone from the sphere's centre, or in the world, m.
     from_sphere_m: Vec3,
     /// Directions from this sphere to its neighbours in the scene's order when the stone came to
     /// rest.
     towards: [Vec3; 2],
 }
 
+/// Centre of the sphere that carries a stone, m; zero for the abdomen.
+fn carrier_m(sphere: Option<u32>, bodies: &Bodies) -> Vec3 {
+    sphere.map_or_else(Vec3::zeros, |it| bodies.nodes.at(it).center_m())
+}
+
 /// Directions from a sphere to the spheres before and after it. They turn with the tissue. The
 /// nearest place of a skin does not tell a turn: between two folds it changes from one to the
 /// other.
-fn towards_neighbours(sphere: u32, bodies: &Bodies) -> [Vec3; 2] {
+fn towards_neighbours(sphere: Option<u32>, bodies: &Bodies) -> [Vec3; 2] {
+    let Some(sphere) = sphere else {
+        return [Vec3::zeros(); 2];
+    };
     let own_m = bodies.nodes.at(sphere).center_m();
     let towards = |other: u32| {
         let way_m = bodies.nodes.at(other).center_m() - own_m;
@@ -69,7 +75,7 @@ impl StoneState {
             return;
         };
         if let Place::Rests(rest) = stone.place {
-            stone.at_m = around.bodies.nodes.at(rest.sphere).center_m() + rest.from_sphere_m;
+            stone.at_m = carrier_m(rest.sphere, around.bodies) + rest.from_sphere_m;
             let looks = (tick / STEP_TICKS + number as u64).is_multiple_of(LOOK_STEPS);
             if self.is_pushed(&stone, around)
                 || looks && self.is_unseated(&stone, number, &rest, around)
@@ -109,7 +115,7 @@ impl StoneState {
     /// The tissue or the other stone nearest to a stone. Either way the sphere is one of tissue.
     fn seat(&mut self, stone: &Stone, number: usize, around: &Surroundings<'_>) -> Option<Touch> {
         let radius_m = around.scene.stones.radius_m();
-        let touches = around.touches(&stone.at_m, radius_m, &mut self.cache);
+        let touches = around.touches(&stone.at_m, radius_m, (&self.bowl, &mut self.cache));
         let mut seat = nearest(&touches).copied();
         for (other, it) in self.all(around.scene).iter().enumerate() {
             let (Place::Rests(rest), true) = (it.place, other != number) else {
@@ -139,7 +145,7 @@ impl StoneState {
         let mut ground: Option<Touch> = None;
         for _ in 0..PASSES {
             self.give_way(stone, number, around);
-            let touches = around.touches(&stone.at_m, radius_m, &mut self.cache);
+            let touches = around.touches(&stone.at_m, radius_m, (&self.bowl, &mut self.cache));
             for touch in &touches {
                 // Earlier contacts of this pass may have moved the stone off already.
                 let gap_m = touch.gap_m;
@@ -178,11 +184,9 @@ impl StoneState {
         }
     }
 
-    /// Lets a stone rest that has stayed near its trail, and drops one that has left the body's
-    /// organs.
+    /// Lets a stone rest that has stayed near its trail. A stone without a finite place is lost.
     fn settle(&mut self, stone: &mut Stone, number: usize, around: &Surroundings<'_>) {
-        let is_gone = stone.at_m.dot(&around.up()) < around.bottom_m() - LOST_M;
-        if is_gone || !math::is_finite(&stone.at_m) {
+        if !math::is_finite(&stone.at_m) {
             stone.place = Place::Lost;
             return;
         }
@@ -197,7 +201,7 @@ impl StoneState {
         if let Some(touch) = self.seat(stone, number, around) {
             stone.place = Place::Rests(Rest {
                 sphere: touch.sphere,
-                from_sphere_m: stone.at_m - around.bodies.nodes.at(touch.sphere).center_m(),
+                from_sphere_m: stone.at_m - carrier_m(touch.sphere, around.bodies),
                 towards: towards_neighbours(touch.sphere, around.bodies),
             });
         }

@@ -7,6 +7,7 @@ use crate::contact::skin::closest::walk;
 use crate::contact::skin::vertex_cache::VertexCache;
 use crate::math::{self, Vec3};
 use crate::procedure::stones::Surroundings;
+use crate::procedure::stones::bowl::Bowl;
 use crate::scene::Organ;
 use crate::tool::Capsule;
 use crate::words::SphereBits;
@@ -21,19 +22,21 @@ pub(super) struct Touch {
     pub(super) gap_m: f32,
     /// Unit vector from the tissue to the stone.
     pub(super) normal: Vec3,
-    /// Sphere of the tissue that is nearest to the stone.
-    pub(super) sphere: u32,
+    /// Sphere of the tissue that is nearest to the stone; `None` for the abdomen below the organs.
+    pub(super) sphere: Option<u32>,
 }
 
 impl Surroundings<'_> {
-    /// Organs whose tissue is near a ball at `at_m`, each at its nearest place.
+    /// The bowl, and organs whose tissue is near a ball at `at_m`, each at its nearest place.
     pub(super) fn touches(
         &self,
         at_m: &Vec3,
         radius_m: f32,
-        cache: &mut VertexCache,
-    ) -> Vec<Touch, MAX_ORGANS> {
+        (bowl, cache): (&Bowl, &mut VertexCache),
+    ) -> Vec<Touch, { MAX_ORGANS + 1 }> {
         let mut touches = Vec::new();
+        let below = bowl.touch(at_m, radius_m);
+        touches.extend(below.filter(|it| it.gap_m < NEAR_M));
         let reach_m = radius_m + NEAR_M;
         for (organ, bounds) in self.scene.organs.iter().zip(self.bounds) {
             if !bounds.reaches(at_m, reach_m) {
@@ -48,7 +51,7 @@ impl Surroundings<'_> {
             let touch = self
                 .on_skin(sphere, at_m, radius_m, cache)
                 .unwrap_or_else(|| self.on_sphere(sphere, at_m, radius_m));
-            let _ = touches.push(touch); // one for each organ
+            let _ = touches.push(touch); // one for each organ, and the bowl
         }
         touches
     }
@@ -91,7 +94,7 @@ impl Surroundings<'_> {
         Some(Touch {
             gap_m: away_m - radius_m,
             normal,
-            sphere,
+            sphere: Some(sphere),
         })
     }
 
@@ -100,20 +103,13 @@ impl Surroundings<'_> {
         Touch {
             gap_m: math::norm(&offset_m) - self.bodies.radius_m.at(sphere) - radius_m,
             normal: math::unit(&offset_m).unwrap_or_else(|| self.up()),
-            sphere,
+            sphere: Some(sphere),
         }
     }
 
     /// Unit vector against gravity.
     pub(super) fn up(&self) -> Vec3 {
         math::unit(&-self.scene.room.gravity_m_s2).unwrap_or_else(Vec3::z)
-    }
-
-    /// Height of the lowest place of any organ, m.
-    pub(super) fn bottom_m(&self) -> f32 {
-        let up = self.up();
-        let own = self.bounds.iter().take(self.scene.organs.len());
-        own.map(|it| it.lowest_m(&up)).fold(f32::MAX, f32::min)
     }
 }
 
