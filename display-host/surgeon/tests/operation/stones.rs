@@ -25,7 +25,15 @@ fn stones_spill_one_is_picked_up_and_the_rest_is_counted_as_left_behind() {
         let left = values.get(Metric::StonesLeft) as usize;
         assert!(stones.len() <= left, "{} of {left}", stones.len());
         for stone in stones {
-            if (seen.at_s * 1e3) as u64 % 320 < 8 { println!("{:.2} {} {:?} {}", seen.at_s, stone.number, stone.at_m, depth_m(stone, seen, &scene)); }
+            if (seen.at_s * 1e3) as u64 % 320 < 8 {
+                println!(
+                    "{:.2} {} {:?} {}",
+                    seen.at_s,
+                    stone.number,
+                    stone.at_m,
+                    depth_m(stone, seen, &scene)
+                );
+            }
             sunk_m = sunk_m.max(depth_m(stone, seen, &scene));
         }
     };

@@ -1,7 +1,8 @@
 //! The abdomen below the organs, in which stones that miss them come to rest.
 //!
-//! It is the lower half of the ellipsoid that displays draw as the abdominal wall around the organs
-//! at rest (`render/cavity.rs` of the display).
+//! It is the lower half of an ellipsoid around the organs at rest, which displays draw as the
+//! abdominal wall (`render/cavity.rs` of the display). The organs lie nearly on it, as liver and
+//! duodenum do on the back of the abdomen.
 
 use crate::math::{self, Vec3};
 use crate::procedure::stones::surface::Touch;
@@ -11,6 +12,11 @@ use crate::scene::Scene;
 /// along right, up and back, m. The display has the same numbers.
 const WIDER: f32 = 1.45;
 const ADDED_M: [f32; 3] = [0.035, 0.02, 0.02];
+
+/// Depth of the bowl below its middle in half extents, and what is added to it, m. The display has
+/// the same numbers. No source: they leave a finger's breadth below the organs.
+const DEEPER: f32 = 1.1;
+const ADDED_BELOW_M: f32 = 0.01;
 
 /// An ellipsoid.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,6 +64,8 @@ impl Bowl {
             bowl.middle_m += axis * (0.5 * (low + high));
             *radius_m = WIDER * 0.5 * (high - low) + added_m;
         }
+        let [_, depth_m, _] = &mut bowl.radii_m;
+        *depth_m = (*depth_m - ADDED_M[1]) / WIDER * DEEPER + ADDED_BELOW_M;
         bowl
     }
 

@@ -16,8 +16,6 @@ const HOLDS: f32 = 0.25;
 const FILM_S: f32 = 0.03;
 /// Largest way out of tissue in a step, m.
 const OUT_MAX_M: f32 = 0.002;
-/// Passes over all contacts in a step.
-const PASSES: u32 = 2;
 /// Overlap with a tool beyond which a resting stone moves, m.
 const PUSHED_M: f32 = 0.000_1;
 /// Distance from its trail below which a stone counts as calm, m.
@@ -142,27 +140,30 @@ impl StoneState {
         stone.velocity_m_s *= FASTEST_M_S / speed_m_s.max(FASTEST_M_S);
         let from_m = stone.at_m;
         stone.at_m += stone.velocity_m_s * STEP_S;
-        let mut ground: Option<Touch> = None;
-        for _ in 0..PASSES {
-            self.give_way(stone, number, around);
-            let touches = around.touches(&stone.at_m, radius_m, (&self.bowl, &mut self.cache));
-            for touch in &touches {
-                // Earlier contacts of this pass may have moved the stone off already.
-                let gap_m = touch.gap_m;
-                if gap_m < 0.0 {
-                    push(stone, &touch.normal, -gap_m);
-                    if ground.is_none_or(|it| gap_m < it.gap_m) {
-                        ground = Some(*touch);
-                    }
-                }
+        self.give_way(stone, number, around);
+        if let Some((ground, pushed_m)) = self.come_out(stone, around) {
+            slow_down(stone, &ground.normal, &from_m, pushed_m);
+            let way_m = stone.at_m - from_m;
+            stone.turn = rolled(&stone.turn, &ground.normal, &way_m, radius_m);
+        }
+        self.give_way(stone, number, around);
+        self.come_out(stone, around);
+        self.settle(stone, number, around);
+    }
+
+    /// Moves a stone out of tissue. Returns the deepest contact, and how far all have pushed it, m.
+    fn come_out(&mut self, stone: &mut Stone, around: &Surroundings<'_>) -> Option<(Touch, f32)> {
+        let radius_m = around.scene.stones.radius_m();
+        let touches = around.touches(&stone.at_m, radius_m, (&self.bowl, &mut self.cache));
+        let (mut ground, mut pushed_m): (Option<Touch>, f32) = (None, 0.0);
+        for touch in touches.iter().filter(|it| it.gap_m < 0.0) {
+            push(stone, &touch.normal, -touch.gap_m);
+            pushed_m -= touch.gap_m;
+            if ground.is_none_or(|it| touch.gap_m < it.gap_m) {
+                ground = Some(*touch);
             }
         }
-        if let Some(touch) = ground {
-            let weight_m_s = math::norm(&gravity_m_s2) * STEP_S * touch.normal.dot(&around.up());
-            slow_down(stone, &touch.normal, weight_m_s.max(0.0));
-            stone.turn = rolled(&stone.turn, &touch.normal, &(stone.at_m - from_m), radius_m);
-        }
-        self.settle(stone, number, around);
+        ground.map(|it| (it, pushed_m))
     }
 
     /// Moves a stone out of tools and out of other stones.
@@ -219,13 +220,18 @@ fn push(stone: &mut Stone, direction: &Vec3, by_m: f32) {
     stone.velocity_m_s -= direction * against_m_s;
 }
 
-/// Slows a rolling stone by its rolling resistance and by the film under it. `weight_m_s` is the
-/// speed that gravity gives into the tissue in a step.
-fn slow_down(stone: &mut Stone, normal: &Vec3, weight_m_s: f32) {
-    let along_m_s = stone.velocity_m_s - normal * normal.dot(&stone.velocity_m_s);
-    let speed_m_s = math::norm(&along_m_s);
-    let left_m_s = ((speed_m_s - HOLDS * weight_m_s) * (1.0 - STEP_S / FILM_S)).max(0.0);
-    stone.velocity_m_s -= along_m_s * (1.0 - left_m_s / speed_m_s.max(f32::MIN_POSITIVE));
+/// Slows a rolling stone on tissue with this normal: by its rolling resistance, in proportion to how
+/// far the tissue has pushed it out of its way, and by the film under it. A stone that gravity does
+/// not move stays where it was, at `from_m`.
+fn slow_down(stone: &mut Stone, normal: &Vec3, from_m: &Vec3, pushed_m: f32) {
+    let way_m = stone.at_m - from_m;
+    let along_m = way_m - normal * normal.dot(&way_m);
+    let length_m = math::norm(&along_m);
+    let left_m = ((length_m - HOLDS * pushed_m) * (1.0 - STEP_S / FILM_S)).max(0.0);
+    let share = left_m / length_m.max(f32::MIN_POSITIVE);
+    stone.at_m -= along_m * (1.0 - share);
+    let outwards_m_s = normal.dot(&stone.velocity_m_s);
+    stone.velocity_m_s = normal * outwards_m_s + along_m * (share / STEP_S);
 }
 
 /// Orientation after rolling by `way_m` over tissue with this normal.
