@@ -93,7 +93,7 @@ impl Space {
         // of the light.
         let half = (high - low) / 2.0;
         let radii = half * 1.45 + Vec3::new(0.035, 0.02, 0.02);
-        let bowl_radii = Vec3::new(radii.x, half.y * 1.1 + 0.01, radii.z);
+        let bowl_radii = Vec3::new(radii.x, half.y * 0.75 + 0.01, radii.z);
         let share = |p: Vec3| (p - centre) / radii;
         let trocar = share(within(Vec3::from(room.instrument_port_m)));
         Self {

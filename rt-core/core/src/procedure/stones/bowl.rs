@@ -1,8 +1,8 @@
 //! The abdomen below the organs, in which stones that miss them come to rest.
 //!
 //! It is the lower half of an ellipsoid around the organs at rest, which displays draw as the
-//! abdominal wall (`render/cavity.rs` of the display). The organs lie nearly on it, as liver and
-//! duodenum do on the back of the abdomen.
+//! abdominal wall (`render/cavity.rs` of the display). The organs lie on it, as the duodenum does
+//! on the back of the abdomen.
 
 use crate::math::{self, Vec3};
 use crate::procedure::stones::surface::Touch;
@@ -14,8 +14,9 @@ const WIDER: f32 = 1.45;
 const ADDED_M: [f32; 3] = [0.035, 0.02, 0.02];
 
 /// Depth of the bowl below its middle in half extents, and what is added to it, m. The display has
-/// the same numbers. No source: they leave a finger's breadth below the organs.
-const DEEPER: f32 = 1.1;
+/// the same numbers. No source: in a patient the bowl lies as deep as the duodenum, where the
+/// instrument still reaches (`a_spilled_stone_is_picked_up_and_the_others_are_counted_as_left_behind`).
+const DEEPER: f32 = 0.75;
 const ADDED_BELOW_M: f32 = 0.01;
 
 /// An ellipsoid.
