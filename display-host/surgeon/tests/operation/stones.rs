@@ -10,8 +10,9 @@ use crate::theatre::{patient, start, work};
 const PATIENT: &str = "clara";
 const STONES: usize = 20;
 
+/// The others are counted as left behind.
 #[test]
-fn a_spilled_stone_is_picked_up_and_the_others_are_counted_as_left_behind() {
+fn a_spilled_stone_is_picked_up() {
     let scene = patient(PATIENT);
     let mut most = 0;
     let mut held = 0;

@@ -14,8 +14,8 @@ const WIDER: f32 = 1.45;
 const ADDED_M: [f32; 3] = [0.035, 0.02, 0.02];
 
 /// Depth of the bowl below its middle in half extents, and what is added to it, m. The display has
-/// the same numbers. No source: in a patient the bowl lies as deep as the duodenum, where the
-/// instrument still reaches (`a_spilled_stone_is_picked_up_and_the_others_are_counted_as_left_behind`).
+/// the same numbers. No source: in a patient the bowl lies as deep as the duodenum, and the
+/// instrument still reaches it (`a_spilled_stone_is_picked_up` of the surgeon).
 const DEEPER: f32 = 0.75;
 const ADDED_BELOW_M: f32 = 0.01;
 

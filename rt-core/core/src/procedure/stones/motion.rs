@@ -220,9 +220,9 @@ fn push(stone: &mut Stone, direction: &Vec3, by_m: f32) {
     stone.velocity_m_s -= direction * against_m_s;
 }
 
-/// Slows a rolling stone on tissue with this normal: by its rolling resistance, in proportion to how
-/// far the tissue has pushed it out of its way, and by the film under it. A stone that gravity does
-/// not move stays where it was, at `from_m`.
+/// Slows a rolling stone on tissue with this normal. Its rolling resistance is in proportion to how
+/// far the tissue has pushed it out of its way; the film under it slows it too. A stone that
+/// gravity does not move stays at `from_m`.
 fn slow_down(stone: &mut Stone, normal: &Vec3, from_m: &Vec3, pushed_m: f32) {
     let way_m = stone.at_m - from_m;
     let along_m = way_m - normal * normal.dot(&way_m);
