@@ -235,7 +235,7 @@ type Fault = (&'static str, fn(&mut SceneData));
 
 #[test]
 fn every_fault_is_refused_and_named() {
-    let faults: [Fault; 42] = [
+    let faults: [Fault; 44] = [
         ("kind", |s| s.organs[0].kind = 99),
         ("name", |s| s.organs[0].name = [0; 32]),
         ("poisson", |s| s.organs[0].material.poisson = 0.5),
