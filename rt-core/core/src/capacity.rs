@@ -1,8 +1,8 @@
 //! Limits of the simulation. They bound every array and every loop of a tick.
 //!
 //! - Limits of a scene: `MAX_ORGANS`, `MAX_SPHERES`, `MAX_LINKS`, `MAX_BATCHES`, `MAX_ATTACHMENTS`,
-//!   `MAX_SUTURES`, `MAX_SKIN_VERTICES`, `MAX_CELLS`, `MAX_STONES`. A scene that exceeds one is refused when it
-//!   loads.
+//!   `MAX_SUTURES`, `MAX_SKIN_VERTICES`, `MAX_CELLS`, `MAX_STONES`. A scene that exceeds one is
+//!   refused when it loads.
 //! - Limits of a scene's tubes: `MAX_BEADS`, `MAX_TUBE_LINKS`. A scene may exceed them. A tube
 //!   without room for its beads collides at its spheres only, carries no flow and takes no clip.
 //!   Links beyond `MAX_TUBE_LINKS` are drawn as intact.

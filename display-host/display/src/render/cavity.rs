@@ -155,8 +155,8 @@ fn fixed(position: Vec3, look: OrganKind, ambient: f32) -> RestVertex {
 }
 
 impl Cavity {
-    /// Adds the shell. Stones lie on an even bowl (`rt_core::procedure::stones`), so with stones the
-    /// lower part is that bowl, without folds.
+    /// Adds the shell. Stones lie on an even bowl (`rt_core::procedure::stones`), so with stones
+    /// the lower part is that bowl, without folds.
     fn add_shell(&mut self, space: &Space, has_stones: bool) {
         let [around, down] = SHELL;
         let first = self.vertices.len() as u32;

@@ -1,4 +1,4 @@
-//! Stones that spill from a patient's perforated gallbladder: one is picked up, the others are left.
+//! Stones that spill from a patient's perforated gallbladder: one is picked up, others are left.
 
 use assess::{Metric, Task};
 use shared_mem::message::StoneMsg;

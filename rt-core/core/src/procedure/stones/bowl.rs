@@ -5,7 +5,7 @@
 //! on the back of the abdomen.
 
 use crate::math::{self, Vec3};
-use crate::procedure::stones::surface::Touch;
+use crate::procedure::stones::touch::Touch;
 use crate::scene::Scene;
 
 /// Radii of the ellipsoid in half extents of the organs and the eye, and what is added to them

@@ -34,6 +34,7 @@ mod bowl;
 pub(crate) mod grip;
 mod motion;
 mod surface;
+mod touch;
 
 use heapless::Vec;
 

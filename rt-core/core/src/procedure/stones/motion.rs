@@ -1,7 +1,8 @@
 //! Fall, rolling and rest of a stone.
 
 use crate::math::{self, Quat, Vec3};
-use crate::procedure::stones::surface::{Touch, off_tool};
+use crate::procedure::stones::surface::off_tool;
+use crate::procedure::stones::touch::Touch;
 use crate::procedure::stones::{Place, STEP_S, STEP_TICKS, Stone, StoneState, Surroundings};
 use crate::tissue::Bodies;
 
@@ -57,8 +58,8 @@ fn towards_neighbours(sphere: Option<u32>, bodies: &Bodies) -> [Vec3; 2] {
     };
     let own_m = bodies.nodes.at(sphere).center_m();
     let towards = |other: u32| {
-        let way_m = bodies.nodes.at(other).center_m() - own_m;
-        math::unit(&way_m).unwrap_or_else(Vec3::zeros)
+        let displacement_m = bodies.nodes.at(other).center_m() - own_m;
+        math::unit(&displacement_m).unwrap_or_else(Vec3::zeros)
     };
     [
         towards(sphere.saturating_sub(1)),
@@ -143,8 +144,8 @@ impl StoneState {
         self.give_way(stone, number, around);
         if let Some((ground, pushed_m)) = self.come_out(stone, around) {
             slow_down(stone, &ground.normal, &from_m, pushed_m);
-            let way_m = stone.at_m - from_m;
-            stone.turn = rolled(&stone.turn, &ground.normal, &way_m, radius_m);
+            let displacement_m = stone.at_m - from_m;
+            stone.turn = rolled(&stone.turn, &ground.normal, &displacement_m, radius_m);
         }
         self.give_way(stone, number, around);
         self.come_out(stone, around);
@@ -224,8 +225,8 @@ fn push(stone: &mut Stone, direction: &Vec3, by_m: f32) {
 /// far the tissue has pushed it out of its way; the film under it slows it too. A stone that
 /// gravity does not move stays at `from_m`.
 fn slow_down(stone: &mut Stone, normal: &Vec3, from_m: &Vec3, pushed_m: f32) {
-    let way_m = stone.at_m - from_m;
-    let along_m = way_m - normal * normal.dot(&way_m);
+    let displacement_m = stone.at_m - from_m;
+    let along_m = displacement_m - normal * normal.dot(&displacement_m);
     let length_m = math::norm(&along_m);
     let left_m = ((length_m - HOLDS * pushed_m) * (1.0 - STEP_S / FILM_S)).max(0.0);
     let share = left_m / length_m.max(f32::MIN_POSITIVE);
@@ -234,9 +235,9 @@ fn slow_down(stone: &mut Stone, normal: &Vec3, from_m: &Vec3, pushed_m: f32) {
     stone.velocity_m_s = normal * outwards_m_s + along_m * (share / STEP_S);
 }
 
-/// Orientation after rolling by `way_m` over tissue with this normal.
-fn rolled(turn: &Quat, normal: &Vec3, way_m: &Vec3, radius_m: f32) -> Quat {
-    let half_turn = normal.cross(way_m) * (0.5 / radius_m.max(f32::MIN_POSITIVE));
+/// Orientation after rolling by `displacement_m` over tissue with this normal.
+fn rolled(turn: &Quat, normal: &Vec3, displacement_m: &Vec3, radius_m: f32) -> Quat {
+    let half_turn = normal.cross(displacement_m) * (0.5 / radius_m.max(f32::MIN_POSITIVE));
     unit_turn(1.0, &half_turn) * turn
 }
 

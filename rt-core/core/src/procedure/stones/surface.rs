@@ -8,23 +8,13 @@ use crate::contact::skin::vertex_cache::VertexCache;
 use crate::math::{self, Vec3};
 use crate::procedure::stones::Surroundings;
 use crate::procedure::stones::bowl::Bowl;
+use crate::procedure::stones::touch::Touch;
 use crate::scene::Organ;
 use crate::tool::Capsule;
 use crate::words::SphereBits;
 
 /// Distance from a stone within which tissue is looked at, m.
 pub(super) const NEAR_M: f32 = 0.006;
-
-/// Tissue near a stone.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Touch {
-    /// Gap between stone and tissue, m; below zero they overlap.
-    pub(super) gap_m: f32,
-    /// Unit vector from the tissue to the stone.
-    pub(super) normal: Vec3,
-    /// Sphere of the tissue that is nearest to the stone; `None` for the abdomen below the organs.
-    pub(super) sphere: Option<u32>,
-}
 
 impl Surroundings<'_> {
     /// The bowl, and organs whose tissue is near a ball at `at_m`, each at its nearest place.
