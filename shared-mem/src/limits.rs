@@ -14,6 +14,8 @@ pub const MAX_CELLS: usize = 8192;
 pub const MAX_CLIPPED: usize = 24;
 /// Largest number of sutures in a [`crate::message::StateFrame`].
 pub const MAX_SUTURES: usize = 8;
+/// Largest number of stones in a [`crate::message::StateFrame`].
+pub const MAX_STONES: usize = 30;
 /// Largest number of links of tubes in a [`crate::message::StateFrame`].
 pub const MAX_TUBE_LINKS: usize = 2048;
 /// Largest number of capsules in a [`crate::message::ToolFrame`].

@@ -212,6 +212,14 @@ words! {
         Unclipped = 25, "unclipped";
         /// Heat has destroyed tissue of an organ.
         Seared = 26, "seared";
+        /// A stone left the gallbladder through a hole.
+        StoneSpilled = 27, "stone_spilled";
+        /// The jaws closed around a stone.
+        StoneHeld = 28, "stone_held";
+        /// The jaws let go of a stone.
+        StoneDropped = 29, "stone_dropped";
+        /// A stone is out of the body.
+        StoneRetrieved = 30, "stone_retrieved";
     }
 }
 

@@ -6,8 +6,8 @@ use shared_mem::message::PoseMsg;
 use shared_mem::scene::{
     AttachmentRecord, CellColumnRecord, CellRecord, ContactVertexRecord, LinkRecord,
     MaterialRecord, NO_CELL, NO_CONTACT_VERTEX, OrganKind, OrganRecord, RoomRecord, SceneData,
-    SceneError, SceneFile, SphereRecord, TetraRecord, TrocarRecord, VertexRecord, WORLD,
-    name_from_str,
+    SceneError, SceneFile, SphereRecord, StonesRecord, TetraRecord, TrocarRecord, VertexRecord,
+    WORLD, name_from_str,
 };
 
 #[path = "../fuzz/body.rs"]
@@ -93,6 +93,7 @@ fn tiny_scene() -> SceneData {
     SceneData {
         room: Some(room),
         trocar: None,
+        stones: None,
         organs: vec![organ],
         spheres: vec![sphere(0.0), sphere(0.01), sphere(0.02), sphere(0.03)],
         links: vec![LinkRecord {
@@ -156,9 +157,32 @@ fn a_trocar_is_read_as_written_and_its_absence_leaves_the_bytes_as_they_were() {
     assert_eq!(bytes[12..16], 14u32.to_le_bytes());
     assert_ne!(read(&with).id(), read(&without).id());
     let mut broken = with.to_bytes().unwrap();
-    broken[12] = 16;
+    broken[12] = 17;
     let error = SceneFile::from_bytes(&broken).unwrap_err();
     assert!(matches!(error, SceneError::NotAScene("wrong length")));
+}
+
+#[test]
+fn stones_are_read_as_written_also_without_a_trocar() {
+    let stones = StonesRecord {
+        count: 20,
+        diameter_m: 0.004,
+        room_m3: 40.0e-6,
+    };
+    let with = SceneData {
+        stones: Some(stones),
+        ..tiny_scene()
+    };
+    let read = |data: &SceneData| SceneFile::from_bytes(&data.to_bytes().unwrap()).unwrap();
+    assert_eq!(read(&with).stones(), Some(&stones));
+    assert_eq!(read(&with).trocar(), None);
+    let both = SceneData {
+        trocar: Some(trocar(1.0, 1.5, 0.3)),
+        ..with
+    };
+    assert_eq!(read(&both).stones(), Some(&stones));
+    assert_eq!(read(&both).trocar(), both.trocar.as_ref());
+    assert_eq!(read(&tiny_scene()).stones(), None);
 }
 
 #[test]
@@ -211,7 +235,7 @@ type Fault = (&'static str, fn(&mut SceneData));
 
 #[test]
 fn every_fault_is_refused_and_named() {
-    let faults: [Fault; 42] = [
+    let faults: [Fault; 44] = [
         ("kind", |s| s.organs[0].kind = 99),
         ("name", |s| s.organs[0].name = [0; 32]),
         ("poisson", |s| s.organs[0].material.poisson = 0.5),
@@ -270,6 +294,20 @@ fn every_fault_is_refused_and_named() {
         }),
         ("trocar 0: wall_nm_rad is NaN, allowed are 0 to 2", |s| {
             s.trocar = Some(trocar(0.0, 0.0, f32::NAN));
+        }),
+        ("stones 0: count is 31, allowed are 0 to 30", |s| {
+            s.stones = Some(StonesRecord {
+                count: 31,
+                diameter_m: 0.004,
+                room_m3: 40.0e-6,
+            });
+        }),
+        ("stones 0: diameter_m is NaN", |s| {
+            s.stones = Some(StonesRecord {
+                count: 3,
+                diameter_m: f32::NAN,
+                room_m3: 40.0e-6,
+            });
         }),
         ("instrument length", |s| {
             if let Some(room) = &mut s.room {

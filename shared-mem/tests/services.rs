@@ -212,6 +212,19 @@ fn malformed_frames_are_refused_as_such() {
     assert!(state.clips().is_none());
 
     let mut state = zeroed::<StateFrame>();
+    state.stone_count = 1;
+    state.stones[0].radius_m = 0.002;
+    assert!(state.stones().is_none(), "a zero quaternion is no rotation");
+    state.stones[0].orientation[3] = 1.0;
+    assert!(state.stones().is_some_and(|stones| stones.len() == 1));
+    state.stones[0].number = 30;
+    assert!(state.stones().is_none(), "there are 30 stones at most");
+    (state.stones[0].number, state.stones[0].radius_m) = (0, f32::NAN);
+    assert!(state.stones().is_none());
+    state.stone_count = u32::MAX;
+    assert!(state.stones().is_none());
+
+    let mut state = zeroed::<StateFrame>();
     (state.link_count, state.parted[1]) = (10, 1);
     let parted = state.parted().map(|links| links.collect::<Vec<_>>());
     let severed = |link: usize| link == 8;

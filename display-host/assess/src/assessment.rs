@@ -21,7 +21,7 @@ use crate::vector::{Vec3, axis, distance, looking_off, wide};
 use crate::view::Cvs;
 
 /// Version of the metrics' definitions and of the tasks' built-in requirements.
-pub const VERSION: u32 = 15;
+pub const VERSION: u32 = 16;
 /// Least task number in `CommandMsg::START` at which the controller has cleared the triangle.
 const START_CLAMP: u8 = 2;
 /// Largest number of alarms that are kept. The same limit holds for moments and for acts.
@@ -321,6 +321,8 @@ impl Assessment {
             EventKind::Opened,
             EventKind::Unclipped,
             EventKind::Seared,
+            EventKind::StoneSpilled,
+            EventKind::StoneRetrieved,
         ];
         if shown.iter().any(|kind| event.is(*kind)) && self.moments.len() < KEPT_MAX {
             let organ = self.anatomy.organ(event.organ);

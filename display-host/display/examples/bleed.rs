@@ -1,10 +1,11 @@
 //! Draws how an organ bleeds or leaks bile: pictures of a compiled scene at several times, with the
 //! volumes and the processor's time: `cargo run -p display-host --example bleed -- [SCENE.calot]
 //! [--organ NAME] [--every S] [--pictures N] [--stops S] [--near 0..1] [--place 0..1]
-//! [--from X,Y,Z] [--size WxH] [--rinse S] [--suck S] [--heat 0..255] [--out FOLDER]`.
+//! [--from X,Y,Z] [--size WxH] [--rinse S] [--suck S] [--heat 0..255] [--stones MM]
+//! [--out FOLDER]`.
 //! The leak is at a visible place of the organ, `--place` along it, and stops after `--stops` s.
 //! The irrigator rinses from `--rinse` s on and sucks from `--suck` s on. `--heat` denatures the
-//! tissue around the place to this share.
+//! tissue around the place to this share. `--stones` lays stones of this diameter around the place.
 
 #[path = "../tests/support/mod.rs"]
 mod support;
@@ -12,6 +13,7 @@ mod support;
 use std::path::PathBuf;
 
 use display_host::effects::{Effect, Flow, Kind};
+use display_host::gallery;
 use display_host::render::gpu::Gpu;
 use display_host::render::{Quality, Renderer};
 use glam::Vec3;
@@ -31,6 +33,7 @@ fn main() -> Result<(), Error> {
     let (mut every_s, mut pictures, mut stops_s, mut near) = (2.0f32, 4u32, f32::INFINITY, 0.5f32);
     let (mut size, mut place, mut from) = ([640, 480], 0.5f32, None::<Vec3>);
     let (mut rinse_s, mut suck_s, mut heat) = (f32::INFINITY, f32::INFINITY, 0u8);
+    let mut stone_mm = 0.0f32;
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
         let mut value = || arguments.next().ok_or(format!("{argument} needs a value"));
@@ -50,6 +53,7 @@ fn main() -> Result<(), Error> {
             "--rinse" => rinse_s = value()?.parse()?,
             "--suck" => suck_s = value()?.parse()?,
             "--heat" => heat = value()?.parse()?,
+            "--stones" => stone_mm = value()?.parse()?,
             "--out" => out = value()?.into(),
             "--size" => {
                 let text = value()?;
@@ -72,6 +76,10 @@ fn main() -> Result<(), Error> {
     };
     let mut renderer = Renderer::new(&gpu, &scene, quality)?;
     renderer.exposure_mut().grain = 0.0;
+    if stone_mm > 0.0 {
+        let radius_m = 0.000_5 * stone_mm;
+        renderer.set_stones(&gallery::lying(&scene, at_m, 12, radius_m));
+    }
     let mut state = support::state(&scene, 0.0);
     for sphere in &mut state.spheres {
         let off = Vec3::from(sphere.center_m).distance(at_m) / HEATED_M;

@@ -124,6 +124,7 @@ impl Album {
         }
         self.renderer
             .set_clips(state.clips().unwrap_or(&[]), spheres);
+        self.renderer.set_stones(state.stones().unwrap_or(&[]));
         self.renderer.render(&self.gpu, spheres, tools, time_s);
         self.renderer.read(&self.gpu)
     }

@@ -228,6 +228,7 @@ fn paint_all(
             renderer.set_parted(&gpu, parted);
         }
         renderer.set_clips(still.state.clips().unwrap_or(&[]), spheres);
+        renderer.set_stones(still.state.stones().unwrap_or(&[]));
         renderer.render(&gpu, spheres, &still.tools, time_s);
         let submitted_ns = now_ns();
         let picture = renderer.read(&gpu)?;

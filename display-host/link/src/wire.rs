@@ -12,8 +12,8 @@
 
 use bytemuck::{Pod, Zeroable};
 use shared_mem::message::{
-    ClipMsg, EventMsg, MAX_CELLS, MAX_CLIPPED, MAX_SPHERES, SphereState, StateFrame, TickRecord,
-    TimingBatch, ToolFrame,
+    ClipMsg, EventMsg, MAX_CELLS, MAX_CLIPPED, MAX_SPHERES, MAX_STONES, SphereState, StateFrame,
+    TickRecord, TimingBatch, ToolFrame,
 };
 use shared_mem::task::{TASK_TEXT, TaskMsg};
 
@@ -27,7 +27,7 @@ pub const LOOK: u8 = 1;
 pub const SCENE: u8 = 2;
 /// First bytes of every message. They change when any record changes, including those of shared
 /// memory.
-pub const MAGIC: [u8; 8] = *b"CALOTLK3";
+pub const MAGIC: [u8; 8] = *b"CALOTLK4";
 /// Largest number of events in an answer.
 pub const EVENTS_MAX: usize = 256;
 /// Largest number of timing batches in an answer.
@@ -222,6 +222,7 @@ impl Answer {
 /// malformed.
 pub(crate) fn put_state(to: &mut Vec<u8>, frame: &StateFrame) -> Option<u32> {
     let (spheres, clips, cells) = (frame.spheres()?, frame.clips()?, frame.cells()?);
+    let stones = frame.stones()?;
     frame.sutures()?;
     let before = to.len();
     to.extend_from_slice(bytemuck::bytes_of(frame).get(..STATE_HEAD)?);
@@ -229,6 +230,7 @@ pub(crate) fn put_state(to: &mut Vec<u8>, frame: &StateFrame) -> Option<u32> {
     to.extend_from_slice(bytemuck::cast_slice(clips));
     to.extend_from_slice(frame.parted.get(..parted_bytes(frame)?)?);
     to.extend_from_slice(cells);
+    to.extend_from_slice(bytemuck::cast_slice(stones));
     u32::try_from(to.len() - before).ok()
 }
 
@@ -249,7 +251,9 @@ fn state(mut bytes: &[u8]) -> Result<Box<StateFrame>, LinkError> {
     }
     let [spheres, clips, cells] =
         [frame.sphere_count, frame.clip_count, frame.cell_count].map(|count| count as usize);
-    if spheres > MAX_SPHERES || clips > MAX_CLIPPED || cells > MAX_CELLS {
+    let stones = frame.stone_count as usize;
+    let are_few = clips <= MAX_CLIPPED && stones <= MAX_STONES;
+    if spheres > MAX_SPHERES || cells > MAX_CELLS || !are_few {
         return Err(WHAT);
     }
     for to in frame.spheres.iter_mut().take(spheres) {
@@ -265,11 +269,15 @@ fn state(mut bytes: &[u8]) -> Result<Box<StateFrame>, LinkError> {
     for to in frame.cells.iter_mut().take(cells) {
         *to = take(&mut bytes, "half a state")?;
     }
+    for to in frame.stones.iter_mut().take(stones) {
+        *to = take(&mut bytes, "half a state")?;
+    }
     let is_sane = bytes.is_empty()
         && frame.spheres().is_some()
         && frame.clips().is_some()
         && frame.sutures().is_some()
-        && frame.cells().is_some();
+        && frame.cells().is_some()
+        && frame.stones().is_some();
     is_sane.then_some(frame).ok_or(WHAT)
 }
 

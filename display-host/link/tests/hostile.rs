@@ -8,7 +8,7 @@ use bytemuck::{Zeroable as _, bytes_of};
 use link::wire::{ANSWER_MAX, Answer, Ask, EVENTS_MAX, Head, MAGIC, SceneHead, scene_part};
 use link::{Desk, Inbox};
 use proptest::prelude::*;
-use shared_mem::message::{MAX_CELLS, MAX_SPHERES, StateFrame};
+use shared_mem::message::{MAX_CELLS, MAX_SPHERES, StateFrame, StoneMsg};
 use shared_mem::task::TaskMsg;
 use support::{batch, event, state, tools};
 
@@ -94,6 +94,27 @@ fn the_longest_answer_is_one_that_a_watcher_takes() {
     let answer = Answer::read(&bytes).expect("it is whole");
     assert_eq!(answer.events.len(), EVENTS_MAX);
     assert!(answer.head.first_event > 0, "the oldest are forgotten");
+}
+
+#[test]
+fn stones_arrive_as_they_were() {
+    let mut desk = desk(1, 0);
+    let mut with = state(10, 6_000, [7; 16]);
+    with.stone_count = 2;
+    for (number, stone) in (0u32..).zip(&mut with.stones[..2]) {
+        *stone = StoneMsg {
+            at_m: [0.01 * number as f32, 0.2, 0.3],
+            radius_m: 0.002,
+            orientation: [0.0, 0.0, 0.0, 1.0],
+            number,
+            is_held: number,
+        };
+    }
+    desk.set_state(&with);
+    let bytes = desk.answer(bytes_of(&first_ask()), 1).expect("an answer");
+    let answer = Answer::read(&bytes).expect("it is whole");
+    let arrived = answer.state.expect("a state");
+    assert_eq!(arrived.stones(), with.stones());
 }
 
 #[test]

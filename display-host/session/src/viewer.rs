@@ -129,6 +129,7 @@ pub(crate) fn line(event: &proto::Event, kind: Option<EventKind>, wall_ns: u64) 
             | EventKind::Opened
             | EventKind::Unclipped
             | EventKind::Seared
+            | EventKind::StoneSpilled
             | EventKind::Buried,
         ) => log::Level::Warning,
         _ => log::Level::Info,

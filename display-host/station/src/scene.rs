@@ -202,6 +202,26 @@ mod tests {
         }
     }
 
+    /// Bile that takes stones along is the bile that picture and metrics have.
+    #[test]
+    fn stones_leave_with_the_flow_of_the_built_in_rules() {
+        use shared_mem::scene::OrganKind;
+        let rules = assess::Rules::default();
+        let ml_min = rules.flow_ml_min(Some(OrganKind::Gallbladder));
+        let core_ml_min = 60.0e6 * f64::from(rt_core::procedure::stones::FULL_FLOW_M3_S);
+        assert!((core_ml_min / ml_min - 1.0).abs() < 1e-6, "{core_ml_min}");
+    }
+
+    #[test]
+    fn a_patient_s_recipe_has_the_stones_of_her_case() {
+        let clara = recipe("patient:clara", None, &MeshOptions::default()).unwrap();
+        let stones = clara.stones.unwrap();
+        assert_eq!(stones.count, case("patient:clara").unwrap().stones);
+        assert!((stones.diameter_m - 0.004).abs() < 1e-9, "{stones:?}");
+        let triangle = recipe("triangle", None, &MeshOptions::default()).unwrap();
+        assert_eq!(triangle.stones, None);
+    }
+
     #[test]
     fn only_patients_have_a_case() {
         let frieda = case("patient:frieda").unwrap();

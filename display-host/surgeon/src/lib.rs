@@ -20,6 +20,7 @@ mod nearing;
 mod plan;
 mod scope;
 mod sight;
+mod stones;
 mod vector;
 mod work;
 

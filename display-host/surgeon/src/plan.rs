@@ -47,6 +47,8 @@ pub enum Surgeon {
     ArteryScorcher,
     /// Burns through the gallbladder's wall
     BagBurner,
+    /// Burns through the gallbladder's wall, and picks up a stone that spills
+    StonePicker,
     /// Burns through the duodenum's wall
     BowelBurner,
     /// Holds the coagulating current deep in the liver
@@ -77,6 +79,8 @@ pub(crate) enum Act {
     Carry(&'static str),
     /// Touch the organ of this name with the tip.
     Touch(&'static str),
+    /// Wait for a stone to spill, and draw it out of the body with the grasper.
+    PickStone,
     /// Withdraw along the shaft.
     Retreat,
     /// Turn the endoscope to an organ and hold it in the middle of the picture.
@@ -175,6 +179,10 @@ impl Surgeon {
             Self::DuctCoagulator => plan.extend(burning(OrganKind::BileDuct, COAGULATE)),
             Self::ArteryScorcher => plan.extend(burning(OrganKind::Vessel, CUTS)),
             Self::BagBurner => plan.extend(burning(OrganKind::Gallbladder, CUTS)),
+            Self::StonePicker => {
+                plan.extend(burning(OrganKind::Gallbladder, CUTS));
+                plan.push(Act::PickStone);
+            }
             Self::BowelBurner => plan.extend(burning(OrganKind::Intestine, CUTS)),
             Self::LiverBurner => plan.extend(burning(OrganKind::Liver, COAGULATE)),
         }

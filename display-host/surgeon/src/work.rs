@@ -191,6 +191,7 @@ impl Work<'_> {
                 self.wait(JAWS_S)?;
                 carried
             }
+            Act::PickStone => self.pick_stone(),
             Act::Retreat => self.retreat(BACK_M),
             Act::Show(kind) => self.show(kind),
             Act::ShowView(side) => self.show_view(side),

@@ -13,6 +13,8 @@ mod patients;
 mod rested;
 #[path = "operation/silent.rs"]
 mod silent;
+#[path = "operation/stones.rs"]
+mod stones;
 mod theatre;
 
 use std::sync::OnceLock;

@@ -1,8 +1,8 @@
 //! Limits of the simulation. They bound every array and every loop of a tick.
 //!
 //! - Limits of a scene: `MAX_ORGANS`, `MAX_SPHERES`, `MAX_LINKS`, `MAX_BATCHES`, `MAX_ATTACHMENTS`,
-//!   `MAX_SUTURES`, `MAX_SKIN_VERTICES`, `MAX_CELLS`. A scene that exceeds one is refused when it
-//!   loads.
+//!   `MAX_SUTURES`, `MAX_SKIN_VERTICES`, `MAX_CELLS`, `MAX_STONES`. A scene that exceeds one is
+//!   refused when it loads.
 //! - Limits of a scene's tubes: `MAX_BEADS`, `MAX_TUBE_LINKS`. A scene may exceed them. A tube
 //!   without room for its beads collides at its spheres only, carries no flow and takes no clip.
 //!   Links beyond `MAX_TUBE_LINKS` are drawn as intact.
@@ -69,6 +69,8 @@ pub const MAX_TUBE_LINKS: usize = 2048;
 pub const MAX_HOLES: usize = 64;
 /// Burnt places of walls that are tracked separately.
 pub const MAX_SCORCHED: usize = 64;
+/// Stones in the gallbladder.
+pub const MAX_STONES: usize = 30;
 /// Cells of layered tissue in a scene.
 pub const MAX_CELLS: usize = 8192;
 /// Spheres that a grasper can hold at once.

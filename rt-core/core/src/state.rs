@@ -3,6 +3,7 @@
 use crate::organs::between::Between;
 use crate::organs::pairs::Pairs;
 use crate::procedure::heat::Heat;
+use crate::procedure::stones::StoneState;
 use crate::procedure::vessel::Vessels;
 use crate::tissue::Bodies;
 
@@ -15,6 +16,7 @@ pub struct State {
     pub(crate) between: Between,
     pub(crate) vessels: Vessels,
     pub(crate) heat: Heat,
+    pub(crate) stones: StoneState,
 }
 
 impl State {
@@ -27,6 +29,7 @@ impl State {
             between: Between::new(),
             vessels: Vessels::new(),
             heat: Heat::new(),
+            stones: StoneState::new(),
         }
     }
 }

@@ -130,6 +130,14 @@ pub enum EventKind {
     /// volume since the last reset, m³. The Arrhenius sum of destroyed tissue is at least 1. Raised
     /// again when the volume has grown, at most twice a second.
     Seared,
+    /// A stone has left the gallbladder through a hole; value: the stone's number, from 0.
+    StoneSpilled,
+    /// The jaws have closed around a stone; value: its number.
+    StoneHeld,
+    /// The jaws have let go of a stone; value: its number.
+    StoneDropped,
+    /// A stone is out of the body, drawn out by the jaws or sucked off; value: its number.
+    StoneRetrieved,
 }
 
 /// An event of one tick. [`crate::sim::TickView`] has the tick's number and time.

@@ -6,12 +6,13 @@ use nalgebra::{Quaternion, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
 use rt_core::scene::{
     Anchor, Attachment, Cell, Column, Inside, Layers, Link, Material, Organ, RestSphere, Room,
-    Scene, SceneError, Skin, SkinVertex, Tetra, TetraBatch, Trocar, TrocarChoice, batches,
+    Scene, SceneError, Skin, SkinVertex, Stones, Tetra, TetraBatch, Trocar, TrocarChoice, batches,
 };
 use shared_mem::message::PoseMsg;
 use shared_mem::scene::{
     AttachmentRecord, CellColumnRecord, CellRecord, ContactVertexRecord, LinkRecord, OrganKind,
-    OrganRecord, RoomRecord, SceneData, SceneFile, SphereRecord, TetraRecord, TrocarRecord, WORLD,
+    OrganRecord, RoomRecord, SceneData, SceneFile, SphereRecord, StonesRecord, TetraRecord,
+    TrocarRecord, WORLD,
 };
 
 /// The records of a scene that the core needs.
@@ -29,6 +30,7 @@ pub struct Records<'a> {
     columns: &'a [CellColumnRecord],
     room: &'a RoomRecord,
     trocar: Option<&'a TrocarRecord>,
+    stones: Option<&'a StonesRecord>,
 }
 
 impl<'a> Records<'a> {
@@ -48,6 +50,7 @@ impl<'a> Records<'a> {
             columns: file.cell_columns(),
             room: file.room(),
             trocar: file.trocar(),
+            stones: file.stones(),
         }
     }
 
@@ -67,6 +70,7 @@ impl<'a> Records<'a> {
             columns: &data.cell_columns,
             room: data.room.as_ref()?,
             trocar: data.trocar.as_ref(),
+            stones: data.stones.as_ref(),
         })
     }
 }
@@ -84,6 +88,7 @@ pub struct SceneStorage {
     skin_nearest: Vec<u16>,
     cells: Vec<Cell>,
     columns: Vec<Column>,
+    stones: Stones,
     /// The room: gravity, breath, ports, and the poses of devices and camera. A caller may
     /// overwrite ports and poses before it calls `SceneStorage::scene`.
     pub room: Room,
@@ -123,6 +128,7 @@ impl SceneStorage {
             skin_nearest: records.contact_nearest.to_vec(),
             cells: records.cells.iter().map(cell).collect(),
             columns: records.columns.iter().map(column).collect(),
+            stones: records.stones.map_or(Stones::NONE, stones),
             room: room(records.room),
             asked: records.trocar.map_or(Trocar::NONE, trocar),
             target_m: Vec3::from(records.room.target_m),
@@ -164,7 +170,8 @@ impl SceneStorage {
             .with_cells(Layers {
                 cells: &self.cells,
                 columns: &self.columns,
-            })
+            })?
+            .with_stones(self.stones)
     }
 
     /// Number of spheres.
@@ -296,6 +303,14 @@ fn room(record: &RoomRecord) -> Room {
         world_from_camera: pose(&record.world_from_camera),
         breath_s: record.breath_s,
         trocar: Trocar::NONE,
+    }
+}
+
+fn stones(record: &StonesRecord) -> Stones {
+    Stones {
+        count: record.count,
+        diameter_m: record.diameter_m,
+        room_m3: record.room_m3,
     }
 }
 

@@ -196,6 +196,7 @@ fn assemble(
     }
     let (room, warning) = room::place(recipe, skins)?;
     scene.room = Some(room);
+    scene.stones = recipe.stones.as_ref().map(room::stones);
     scene.trocar = recipe.room.trocar.as_ref().map(room::trocar);
     // Refuse a scene here that the processes would refuse.
     scene.to_bytes()?;

@@ -196,6 +196,13 @@ fn mistakes_name_line_key_value_and_remedy() {
         ),
         (
             "_length_m = 0.3",
+            "_length_m = 0.3\n[stones]\ncount = 31\ndiameter_mm = 4\nroom_ml = 40",
+            6,
+            "stones.count",
+            "is 31; allowed: 1 to 30",
+        ),
+        (
+            "_length_m = 0.3",
             "_length_m = 0.3\ntrocar = { sliding_n = 2, breakaway_n = 1 }",
             5,
             "room.trocar.breakaway_n",

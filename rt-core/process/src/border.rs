@@ -18,6 +18,7 @@ const _: () = {
     assert!(limits::MAX_CELLS == capacity::MAX_CELLS);
     assert!(limits::MAX_CLIPPED == capacity::MAX_CLIPPED);
     assert!(limits::MAX_SUTURES == capacity::MAX_SUTURES);
+    assert!(limits::MAX_STONES == capacity::MAX_STONES);
     assert!(limits::MAX_CAPSULES == capacity::MAX_CAPSULES);
     assert!(limits::MAX_DENTS == capacity::MAX_CONTACT_CONSTRAINTS);
     assert!(limits::MAX_TUBE_LINKS == capacity::MAX_TUBE_LINKS);

@@ -8,8 +8,8 @@ use rt_core::tissue::suture::Placed;
 use rt_core::tool::{Capsule, Switches};
 use rt_core::words::{Event, EventKind, Status};
 use shared_mem::message::{
-    CapsuleMsg, ClipMsg, DentMsg, EventMsg, MAX_TUBE_LINKS, PoseMsg, SphereState, StateFrame,
-    SutureMsg, TickRecord, ToolFrame,
+    CapsuleMsg, ClipMsg, DentMsg, EventMsg, MAX_STONES, MAX_TUBE_LINKS, PoseMsg, SphereState,
+    StateFrame, StoneMsg, SutureMsg, TickRecord, ToolFrame,
 };
 use shared_mem::words::{self, EventKind as MessageKind};
 
@@ -69,7 +69,7 @@ pub(crate) fn fill_state(
         link_count += 1;
     }
     frame.link_count = link_count as u32;
-    frame.reserved = 0;
+    frame.stone_count = fill_stones(&mut frame.stones, view);
     let mut count = 0;
     for (to, from) in frame.spheres.iter_mut().zip(view.spheres()) {
         *to = SphereState {
@@ -84,6 +84,24 @@ pub(crate) fn fill_state(
         count += 1;
     }
     frame.sphere_count = count;
+}
+
+/// Fills in the stones outside of the gallbladder. Returns their number.
+fn fill_stones(to: &mut [StoneMsg; MAX_STONES], view: &TickView<'_>) -> u32 {
+    let mut count = 0;
+    let loose = (0u32..).zip(view.stones()).filter(|(_, it)| it.is_loose());
+    for (to, (number, stone)) in to.iter_mut().zip(loose) {
+        let q = stone.turn.coords;
+        *to = StoneMsg {
+            at_m: stone.at_m.into(),
+            radius_m: view.stone_radius_m(),
+            orientation: [q.x, q.y, q.z, q.w],
+            number,
+            is_held: u32::from(stone.is_held()),
+        };
+        count += 1;
+    }
+    count
 }
 
 /// Fills a tool frame.
@@ -178,6 +196,10 @@ fn kind(kind: EventKind) -> MessageKind {
         EventKind::Opened => MessageKind::Opened,
         EventKind::Unclipped => MessageKind::Unclipped,
         EventKind::Seared => MessageKind::Seared,
+        EventKind::StoneSpilled => MessageKind::StoneSpilled,
+        EventKind::StoneHeld => MessageKind::StoneHeld,
+        EventKind::StoneDropped => MessageKind::StoneDropped,
+        EventKind::StoneRetrieved => MessageKind::StoneRetrieved,
     }
 }
 

@@ -153,6 +153,26 @@ pub enum Event {
         /// Destroyed volume since the last reset, m³.
         volume_m3: f32,
     },
+    /// A stone left the gallbladder through a hole.
+    StoneSpilled {
+        /// The stone's number, from 0.
+        stone: u32,
+    },
+    /// The jaws closed around a stone.
+    StoneHeld {
+        /// The stone's number, from 0.
+        stone: u32,
+    },
+    /// The jaws let go of a stone.
+    StoneDropped {
+        /// The stone's number, from 0.
+        stone: u32,
+    },
+    /// A stone is out of the body: drawn out with the instrument, or sucked off.
+    StoneRetrieved {
+        /// The stone's number, from 0.
+        stone: u32,
+    },
 }
 
 /// An event that cannot be decoded.
@@ -218,6 +238,10 @@ impl EventMsg {
             EventKind::Opened => Event::Opened { area_m2: value },
             EventKind::Unclipped => Event::Unclipped { number: number()? },
             EventKind::Seared => Event::Seared { volume_m3: value },
+            EventKind::StoneSpilled => Event::StoneSpilled { stone: number()? },
+            EventKind::StoneHeld => Event::StoneHeld { stone: number()? },
+            EventKind::StoneDropped => Event::StoneDropped { stone: number()? },
+            EventKind::StoneRetrieved => Event::StoneRetrieved { stone: number()? },
         })
     }
 

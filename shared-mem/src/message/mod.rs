@@ -13,13 +13,13 @@ use iceoryx2::prelude::ZeroCopySend;
 pub use acts::{ActMsg, ActReply, REMARK_BYTES};
 pub use command::{CommandMsg, HandMsg, ReplyMsg};
 pub use events::{Event, EventMsg, UnknownEvent};
-pub use state::{ClipMsg, SphereState, StateFrame, SutureMsg};
+pub use state::{ClipMsg, SphereState, StateFrame, StoneMsg, SutureMsg};
 pub use timing::{STAGE_NAMES, TickRecord, TimingBatch};
 pub use tools::{CapsuleMsg, DentMsg, DeviceHealth, ToolFrame};
 
 pub use crate::limits::{
-    MAX_CAPSULES, MAX_CELLS, MAX_CLIPPED, MAX_DENTS, MAX_SPHERES, MAX_SUTURES, MAX_TUBE_LINKS,
-    STAGES, TIMING_BATCH,
+    MAX_CAPSULES, MAX_CELLS, MAX_CLIPPED, MAX_DENTS, MAX_SPHERES, MAX_STONES, MAX_SUTURES,
+    MAX_TUBE_LINKS, STAGES, TIMING_BATCH,
 };
 
 /// A rigid transform: position in m, unit quaternion x y z w.

@@ -3,7 +3,8 @@
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
-use crate::limits::{MAX_CELLS, MAX_CLIPPED, MAX_SPHERES, MAX_SUTURES, MAX_TUBE_LINKS};
+use super::PoseMsg;
+use crate::limits::{MAX_CELLS, MAX_CLIPPED, MAX_SPHERES, MAX_STONES, MAX_SUTURES, MAX_TUBE_LINKS};
 
 /// One sphere's state.
 #[repr(C)]
@@ -116,10 +117,37 @@ impl SutureMsg {
     }
 }
 
+/// A stone outside of the gallbladder.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+pub struct StoneMsg {
+    /// Centre, world frame, m.
+    pub at_m: [f32; 3],
+    /// Radius, m.
+    pub radius_m: f32,
+    /// Rotation from the stone's frame to the world, x y z w.
+    pub orientation: [f32; 4],
+    /// The stone's number, from 0.
+    pub number: u32,
+    /// 1: the jaws hold the stone.
+    pub is_held: u32,
+}
+
+impl StoneMsg {
+    fn is_sane(&self) -> bool {
+        let pose = PoseMsg {
+            position_m: self.at_m,
+            orientation: self.orientation,
+        };
+        let has_size = (1.0e-4..=0.1).contains(&self.radius_m);
+        pose.is_sane() && has_size && self.number < MAX_STONES as u32
+    }
+}
+
 /// Service `state`: the state of all tissue. A reader gets only the newest frame.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
-#[type_name("calot.StateFrame.v6")]
+#[type_name("calot.StateFrame.v7")]
 pub struct StateFrame {
     /// Tick that wrote the frame.
     pub tick: u64,
@@ -140,8 +168,8 @@ pub struct StateFrame {
     pub suture_count: u32,
     /// Number of bits of `parted` in use.
     pub link_count: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// Number of `stones` in use.
+    pub stone_count: u32,
     /// The sutures between an organ and the world (attachments with `AttachmentRecord::is_thread`),
     /// in the scene's order.
     pub sutures: [SutureMsg; MAX_SUTURES],
@@ -155,6 +183,9 @@ pub struct StateFrame {
     /// Cells of layered tissue, in the scene's order. A value is the heat that the cell has
     /// absorbed so far, in 1/254 of the heat that removes it, or [`StateFrame::GONE`].
     pub cells: [u8; MAX_CELLS],
+    /// The stones outside of the gallbladder that are still in the body, in the order of their
+    /// numbers.
+    pub stones: [StoneMsg; MAX_STONES],
 }
 
 impl StateFrame {
@@ -194,6 +225,14 @@ impl StateFrame {
         sutures.iter().all(sane).then_some(sutures)
     }
 
+    /// The stones in use. `None` if the frame is malformed: `stone_count` is too large, or a number
+    /// of a stone is out of range.
+    #[must_use]
+    pub fn stones(&self) -> Option<&[StoneMsg]> {
+        let stones = self.stones.get(..self.stone_count as usize)?;
+        stones.iter().all(StoneMsg::is_sane).then_some(stones)
+    }
+
     /// The clips in use. `None` if the frame is malformed: `clip_count` is too large, or a clip
     /// names a sphere that does not exist or has a number out of range.
     #[must_use]
@@ -209,8 +248,10 @@ const _: () = {
     assert!(size_of::<SphereState>() == 16);
     assert!(size_of::<ClipMsg>() == 32);
     assert!(size_of::<SutureMsg>() == 24);
+    assert!(size_of::<StoneMsg>() == 40);
+    let links_and_stones = MAX_TUBE_LINKS / 8 + 40 * MAX_STONES;
     let (spheres, clips, sutures) = (16 * MAX_SPHERES, 32 * MAX_CLIPPED, 24 * MAX_SUTURES);
     assert!(
-        size_of::<StateFrame>() == 64 + spheres + clips + sutures + MAX_TUBE_LINKS / 8 + MAX_CELLS
+        size_of::<StateFrame>() == 64 + spheres + clips + sutures + links_and_stones + MAX_CELLS
     );
 };

@@ -161,7 +161,27 @@ impl SceneFile {
             )));
         }
         str_from_name(&room.name).ok_or_else(|| bad("its name is not UTF-8".into()))?;
-        self.check_trocar()
+        self.check_trocar()?;
+        self.check_stones()
+    }
+
+    fn check_stones(&self) -> Result<(), SceneError> {
+        check_count("stones", self.sections[15].count as usize, 0, 1)?;
+        let Some(stones) = self.stones() else {
+            return Ok(());
+        };
+        let rules = [
+            ("count", stones.count as f32, 0.0, limits::MAX_STONES as f32),
+            ("diameter_m", stones.diameter_m, 0.001, 0.05),
+            ("room_m3", stones.room_m3, 1.0e-6, 1.0e-3),
+        ];
+        for (name, value, least, most) in rules {
+            if !(least..=most).contains(&value) {
+                let problem = format!("{name} is {value}, allowed are {least} to {most}");
+                return Err(record_error("stones", 0, problem));
+            }
+        }
+        Ok(())
     }
 
     fn check_trocar(&self) -> Result<(), SceneError> {

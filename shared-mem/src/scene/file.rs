@@ -9,8 +9,8 @@ use super::header::{HEADER_BYTES, Header, SECTIONS, SECTIONS_MIN, Section, head_
 use super::levels;
 use super::{
     AttachmentRecord, BINDINGS, CellColumnRecord, CellRecord, ContactVertexRecord, LAYOUT_VERSION,
-    LinkRecord, MAGIC, OrganRecord, RoomRecord, SceneId, SphereRecord, TetraRecord, TrocarRecord,
-    VertexRecord, str_from_name,
+    LinkRecord, MAGIC, OrganRecord, RoomRecord, SceneId, SphereRecord, StonesRecord, TetraRecord,
+    TrocarRecord, VertexRecord, str_from_name,
 };
 
 /// A checked, read-only compiled scene, mapped from a file or copied from bytes in memory.
@@ -273,6 +273,12 @@ impl SceneFile {
     pub fn trocar(&self) -> Option<&TrocarRecord> {
         self.section(14).first()
     }
+
+    /// The stones in the gallbladder, if the scene has any.
+    #[must_use]
+    pub fn stones(&self) -> Option<&StonesRecord> {
+        self.section(15).first()
+    }
 }
 
 const ELEMENT_BYTES: [usize; SECTIONS] = [
@@ -291,6 +297,7 @@ const ELEMENT_BYTES: [usize; SECTIONS] = [
     size_of::<VertexRecord>(),
     size_of::<CellColumnRecord>(),
     size_of::<TrocarRecord>(),
+    size_of::<StonesRecord>(),
 ];
 
 const _: () = assert!(BINDINGS == 8 && size_of::<VertexRecord>() == 56);

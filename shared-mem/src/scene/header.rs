@@ -7,8 +7,10 @@ pub(super) const TABLE_ENTRY_BYTES: usize = 32;
 pub(super) const ALIGN: usize = 64;
 /// Number of sections that every scene has.
 pub(super) const SECTIONS_MIN: usize = 14;
-/// Number of sections of a scene with a trocar, which has all sections.
-pub(super) const SECTIONS: usize = 15;
+/// Number of sections of a scene with a trocar and without stones.
+pub(super) const SECTIONS_WITH_TROCAR: usize = 15;
+/// Number of sections of a scene with stones, which has all sections.
+pub(super) const SECTIONS: usize = 16;
 
 /// Header of one level in the file.
 #[repr(C)]

@@ -6,8 +6,8 @@
 //! sections plain records, each 64-byte aligned
 //! ```
 //!
-//! The last section, the trocar, is absent in a scene without one. So a scene without a trocar has
-//! the same bytes and identity as before the format had trocars.
+//! The last two sections, trocar and stones, are absent in a scene without them. So a scene without
+//! trocar and stones has the same bytes and identity as before the format had them.
 //!
 //! A file may hold several levels of detail, finest first. Each level is a complete scene with an
 //! identity of its own, and begins at a multiple of 64 bytes.
@@ -29,8 +29,8 @@ pub use levels::LEVELS_MAX;
 pub use record::{
     AttachmentRecord, BINDINGS, COLUMNS, CONTACT_BINDINGS, CellColumnRecord, CellRecord,
     ContactVertexRecord, LinkRecord, MaterialRecord, OrganKind, OrganRecord, RoomRecord,
-    SphereRecord, TetraRecord, TrocarRecord, VertexRecord, WEIGHT_SUM, WORLD, name_from_str,
-    str_from_name,
+    SphereRecord, StonesRecord, TetraRecord, TrocarRecord, VertexRecord, WEIGHT_SUM, WORLD,
+    name_from_str, str_from_name,
 };
 pub use write::SceneData;
 

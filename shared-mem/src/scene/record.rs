@@ -98,6 +98,18 @@ pub struct TrocarRecord {
     pub wall_nm_rad: f32,
 }
 
+/// Stones in the gallbladder. A scene has at most one such record; without it there are none.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct StonesRecord {
+    /// Number of stones.
+    pub count: u32,
+    /// Diameter of each, m.
+    pub diameter_m: f32,
+    /// Volume inside the gallbladder's wall, m³: bile and stones.
+    pub room_m3: f32,
+}
+
 /// A material. The two stiffnesses without a unit are for the inner-sphere paper's method.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]

@@ -7,11 +7,13 @@ use bytemuck::Pod;
 
 use super::error::SceneError;
 use super::file::SceneFile;
-use super::header::{ALIGN, HEADER_BYTES, Header, SECTIONS, SECTIONS_MIN, Section, head_bytes};
+use super::header::{
+    ALIGN, HEADER_BYTES, Header, SECTIONS, SECTIONS_MIN, SECTIONS_WITH_TROCAR, Section, head_bytes,
+};
 use super::{
     AttachmentRecord, CellColumnRecord, CellRecord, ContactVertexRecord, LAYOUT_VERSION,
-    LinkRecord, MAGIC, OrganRecord, RoomRecord, SceneId, SphereRecord, TetraRecord, TrocarRecord,
-    VertexRecord,
+    LinkRecord, MAGIC, OrganRecord, RoomRecord, SceneId, SphereRecord, StonesRecord, TetraRecord,
+    TrocarRecord, VertexRecord,
 };
 
 /// A scene as preparation builds it.
@@ -48,6 +50,8 @@ pub struct SceneData {
     pub cell_columns: Vec<CellColumnRecord>,
     /// The instrument's trocar; `None`: it neither rubs nor resists tilting.
     pub trocar: Option<TrocarRecord>,
+    /// Stones in the gallbladder; `None`: there are none.
+    pub stones: Option<StonesRecord>,
 }
 
 impl SceneData {
@@ -58,10 +62,10 @@ impl SceneData {
     /// bytes.
     pub fn to_bytes(&self) -> Result<Vec<u8>, SceneError> {
         let room = self.room.ok_or(SceneError::MissingRoom)?;
-        let sections = if self.trocar.is_some() {
-            SECTIONS
-        } else {
-            SECTIONS_MIN
+        let sections = match (self.trocar, self.stones) {
+            (_, Some(_)) => SECTIONS,
+            (Some(_), None) => SECTIONS_WITH_TROCAR,
+            (None, None) => SECTIONS_MIN,
         };
         let mut body = Body {
             head: head_bytes(sections),
@@ -82,8 +86,11 @@ impl SceneData {
         body.push(12, &self.cells);
         body.push(13, &self.cell_corners);
         body.push(14, &self.cell_columns);
-        if let Some(trocar) = &self.trocar {
-            body.push(15, core::slice::from_ref(trocar));
+        if sections >= SECTIONS_WITH_TROCAR {
+            body.push(15, self.trocar.as_slice());
+        }
+        if sections >= SECTIONS {
+            body.push(16, self.stones.as_slice());
         }
 
         let table: &[u8] = bytemuck::cast_slice(&body.table);

@@ -58,7 +58,7 @@ pub(super) fn step(length: f64, count: f64) -> f64 {
 }
 
 /// Kinds of events that the time line shows, one lane each, from the top.
-pub const LANES: [&str; 15] = [
+pub const LANES: [&str; 17] = [
     "hung",
     "electro",
     "grasp",
@@ -74,6 +74,8 @@ pub const LANES: [&str; 15] = [
     "opened",
     "unclipped",
     "seared",
+    "stone_spilled",
+    "stone_retrieved",
 ];
 
 /// Time line of the events, with a lane for each kind.

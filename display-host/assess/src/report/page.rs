@@ -223,6 +223,7 @@ fn one(page: &mut Page<'_>, chapter: &Chapter) {
     asides::slow(page, chapter);
     asides::stalled(page, &it.metrics);
     asides::jar(page, chapter);
+    asides::stones(page, &it.metrics);
     verdict(page, chapter);
     lessons::write(page, chapter);
     acts::write(page, chapter);

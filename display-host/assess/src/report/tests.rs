@@ -201,6 +201,25 @@ fn a_page_tells_the_volumes_in_the_suction_s_jar() {
 }
 
 #[test]
+fn a_page_tells_the_stones_that_spilled_and_warns_of_those_left_behind() {
+    let page = |spilled, out| {
+        let mut operated = chapter("a");
+        let metrics = &mut operated.assessed.metrics;
+        metrics.set(Metric::StonesSpilled, spilled);
+        metrics.set(Metric::StonesRetrieved, out);
+        metrics.set(Metric::StonesLeft, spilled - out);
+        html(&[operated], &Ids)
+    };
+    let some = page(5.0, 3.0);
+    assert!(
+        some.contains("page-stones spilled=5 out=3 left=2") && some.contains("page-stones-left")
+    );
+    let all = page(5.0, 5.0);
+    assert!(all.contains("page-stones spilled=5") && !all.contains("page-stones-left"));
+    assert!(!page(0.0, 0.0).contains("page-stones"));
+}
+
+#[test]
 fn a_page_stands_alone_and_takes_no_markup_from_a_file() {
     let evil = "<script src=\"http://x\">";
     let mut hostile = chapter(evil);

@@ -78,6 +78,8 @@ pub(crate) struct Tally {
     clips_lost: u32,
     clips_misplaced: u32,
     perforations: u32,
+    /// Numbers of the stones that spilled, and of those that are out of the body.
+    stones: [Vec<u32>; 2],
     crushes: u32,
     slips: u32,
     removed: Vec<bool>,
@@ -94,6 +96,9 @@ const PEDAL: u8 = 4;
 /// Largest number of leaks that are kept. More can only come from a vessel whose leak changes its
 /// place all the time.
 const LEAKS_MAX: usize = 64;
+
+/// Largest number of stones that are kept: those of a scene, and the limit of a forged session.
+const STONES_MAX: usize = 30;
 
 impl Tally {
     /// Sets the greatest force of the haptic device, N.
@@ -241,6 +246,11 @@ impl Tally {
             Ok(Event::Leak { flow }) => self.leak(event, flow),
             Ok(Event::Removed { cell }) => self.remove(cell as usize, anatomy),
             Ok(Event::Perforation { .. }) => self.perforations += 1,
+            Ok(Event::StoneSpilled { stone }) => note_once(&mut self.stones[0], stone),
+            // An event of its spill may be lost, and then the stone has spilled all the same.
+            Ok(Event::StoneRetrieved { stone }) => {
+                self.stones.iter_mut().for_each(|it| note_once(it, stone));
+            }
             Ok(Event::Crush { .. }) => self.crushes += 1,
             Ok(Event::Slip { .. }) => self.slips += 1,
             // A device that is silent from the start counts as gone, too.
@@ -321,6 +331,7 @@ impl Tally {
         let [tip, lens] = self.hands.tracks();
         let [liver, gallbladder, duct, vessel, target, _] = self.burns_j;
         let [blind_s, unsafe_s] = self.cautery_blind_s;
+        let [spilled, retrieved] = [0, 1].map(|k: usize| self.stones[k].len() as f64);
         for (metric, value) in [
             (Metric::Time, self.time_s),
             (Metric::Gaps, self.gaps_s),
@@ -355,6 +366,9 @@ impl Tally {
             (Metric::ClipsMisplaced, self.clips_misplaced.into()),
             (Metric::Blood, self.blood_ml),
             (Metric::Bile, self.bile_ml),
+            (Metric::StonesSpilled, spilled),
+            (Metric::StonesRetrieved, retrieved),
+            (Metric::StonesLeft, spilled - retrieved),
             (Metric::Perforations, self.perforations.into()),
             (Metric::Crushes, self.crushes.into()),
             (Metric::Slips, self.slips.into()),
@@ -378,6 +392,13 @@ impl Tally {
             values.set(metric, value);
         }
         values
+    }
+}
+
+/// Adds a stone that is not in the list yet.
+fn note_once(stones: &mut Vec<u32>, stone: u32) {
+    if !stones.contains(&stone) && stones.len() < STONES_MAX {
+        stones.push(stone);
     }
 }
 

@@ -7,6 +7,7 @@ mod errors;
 mod hand;
 mod injuries;
 mod phantom;
+mod stones;
 mod views;
 
 use bytemuck::Zeroable as _;

@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 use shared_mem::scene::SceneFile;
 
 pub use self::cost::{ViewCost, cost};
-pub use self::shot::Chapter;
 use self::shot::Shot;
+pub use self::shot::{Chapter, lying};
 use crate::DisplayError;
 use crate::picture::write_png;
 use crate::render::gpu::Gpu;

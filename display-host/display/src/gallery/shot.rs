@@ -3,11 +3,14 @@
 mod bed;
 mod effect;
 mod held;
+mod stones;
 mod sutures;
+
+pub use self::stones::lying;
 
 use glam::{Quat, Vec3};
 use shared_mem::message::{
-    CapsuleMsg, ClipMsg, PoseMsg, SphereState, StateFrame, SutureMsg, ToolFrame,
+    CapsuleMsg, ClipMsg, PoseMsg, SphereState, StateFrame, StoneMsg, SutureMsg, ToolFrame,
 };
 use shared_mem::scene::{OrganKind, OrganRecord, SceneFile, str_from_name};
 
@@ -96,6 +99,7 @@ pub(super) struct Shot {
     /// Effects to start, and the time for which they run before the picture, s.
     effects: (Vec<Effect>, f32),
     clips: Vec<ClipMsg>,
+    stones: Vec<StoneMsg>,
     /// Sutures, if they differ from the scene's.
     sutures: Option<Vec<SutureMsg>>,
     /// States of the cells of layered tissue; empty if all are whole.
@@ -116,6 +120,7 @@ impl Shot {
             lens: Lens::warm(),
             effects: (Vec::new(), 0.0),
             clips: Vec::new(),
+            stones: Vec::new(),
             sutures: None,
             cells: Vec::new(),
             spheres: None,
@@ -149,6 +154,7 @@ impl Shot {
         *renderer.scope_mut() = self.scope;
         *renderer.lens_mut() = self.lens;
         renderer.set_clips(&self.clips, spheres);
+        renderer.set_stones(&self.stones);
         renderer.set_sutures(self.sutures.as_deref());
         renderer.show(self.shown);
         renderer.set_inside(gpu, self.inside);

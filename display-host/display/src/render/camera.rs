@@ -4,7 +4,7 @@ use glam::camera::rh::{proj::directx as projection, view};
 use glam::{Mat4, Quat, Vec2, Vec3};
 use shared_mem::message::{PoseMsg, ToolFrame};
 
-use super::layout::{Frame, SHADING_CAPSULES};
+use super::layout::{Frame, SHADING_CAPSULES, SHADING_STONES};
 
 /// Nearest and farthest focus distance of the camera, m.
 const FOCUS_M: [f32; 2] = [0.015, 0.3];
@@ -222,6 +222,7 @@ pub fn frame(
         ],
         counts: [used.len().min(SHADING_CAPSULES) as u32, number, 1, 0],
         capsules,
+        stones: [[0.0; 4]; SHADING_STONES],
     }
 }
 

@@ -35,6 +35,8 @@ pub(super) struct Cavity {
 struct Space {
     centre: Vec3,
     radii: Vec3,
+    /// Radii of the bowl below the middle on which stones lie.
+    bowl_radii: Vec3,
     right: Vec3,
     up: Vec3,
     back: Vec3,
@@ -51,9 +53,10 @@ struct Space {
 pub(super) fn around(scene: &SceneFile) -> Cavity {
     let space = Space::of(scene);
     let mut cavity = Cavity::default();
+    let has_stones = scene.stones().is_some();
     let walls = OrganKind::AbdominalWall as u32;
     if scene.organs().iter().all(|organ| organ.kind != walls) {
-        cavity.add_shell(&space);
+        cavity.add_shell(&space, has_stones);
     }
     let below = [OrganKind::Fat as u32, OrganKind::Intestine as u32];
     if scene
@@ -90,12 +93,14 @@ impl Space {
         // of the light.
         let half = (high - low) / 2.0;
         let radii = half * 1.45 + Vec3::new(0.035, 0.02, 0.02);
+        let bowl_radii = Vec3::new(radii.x, half.y * 0.75 + 0.01, radii.z);
         let share = |p: Vec3| (p - centre) / radii;
         let trocar = share(within(Vec3::from(room.instrument_port_m)));
         Self {
             trocar: drawn_to(trocar, share(eye)),
             centre: right * centre.x + up * centre.y + back * centre.z,
             radii,
+            bowl_radii,
             right,
             up,
             back,
@@ -150,7 +155,9 @@ fn fixed(position: Vec3, look: OrganKind, ambient: f32) -> RestVertex {
 }
 
 impl Cavity {
-    fn add_shell(&mut self, space: &Space) {
+    /// Adds the shell. Stones lie on an even bowl (`rt_core::procedure::stones`), so with stones
+    /// the lower part is that bowl, without folds.
+    fn add_shell(&mut self, space: &Space, has_stones: bool) {
         let [around, down] = SHELL;
         let first = self.vertices.len() as u32;
         for k in 0..=down {
@@ -161,7 +168,12 @@ impl Cavity {
                 let d = Vec3::new(flat * turn.cos(), height, flat * turn.sin());
                 // The wall has broad, soft folds.
                 let folds = noise(d * 2.1 + 3.7).1 * 0.10 + noise(d * 5.3 + 1.1).1 * 0.035;
-                let at = space.world(d * space.radii * space.wall(d, 1.0 + folds));
+                let is_bowl = has_stones && d.y < 0.0;
+                let (even, radii) = match is_bowl {
+                    true => ((1.0 + 2.0 * d.y).max(0.0), space.bowl_radii),
+                    false => (1.0, space.radii),
+                };
+                let at = space.world(d * radii * space.wall(d, 1.0 + folds * even));
                 self.vertices
                     .push(fixed(at, OrganKind::AbdominalWall, 0.85));
             }

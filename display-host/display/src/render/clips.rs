@@ -5,13 +5,13 @@ use glam::{Mat4, Vec3, Vec4};
 use shared_mem::message::{ClipMsg, MAX_CLIPPED, SphereState};
 use shared_mem::scene::SphereRecord;
 
-use super::layout::PARTS;
 use super::look::BLADE;
 use super::solid::{Finish, Solid, circle, curve};
+use super::stones;
 
 /// Index of the first clip among the rigid parts.
 pub(super) const FIRST_PART: usize = 8;
-const _: () = assert!(FIRST_PART + MAX_CLIPPED == PARTS);
+const _: () = assert!(FIRST_PART + MAX_CLIPPED == stones::FIRST_PART);
 /// Half length of a closed clip, mm.
 const HALF_MM: f32 = 4.5;
 

@@ -7,7 +7,7 @@ use shared_mem::words::Instrument;
 
 use super::gpu::Gpu;
 use super::visible::View;
-use super::{Renderer, camera, clips, instrument, particles};
+use super::{Renderer, camera, clips, instrument, particles, stones};
 use crate::skinning::Touch;
 
 impl Renderer {
@@ -41,6 +41,7 @@ impl Renderer {
         let wear = self.effects.wear();
         frame.wear[..3].copy_from_slice(&[wear.charred, wear.bloody, wear.bilious]);
         frame.counts[2] = self.quality.part;
+        (frame.stones, frame.counts[3]) = self.stones.shading(Vec3::from_slice(&frame.camera));
         gpu.queue.write_buffer(&self.frame, 0, bytes_of(&frame));
         if self.chooses_triangles() {
             let view = View {
@@ -62,6 +63,9 @@ impl Renderer {
         let behind = (clips::FIRST_PART * size_of::<Mat4>()) as u64;
         gpu.queue
             .write_buffer(&self.parts, behind, cast_slice(&self.clips));
+        let behind = (stones::FIRST_PART * size_of::<Mat4>()) as u64;
+        gpu.queue
+            .write_buffer(&self.parts, behind, cast_slice(&self.stones.places()));
         // A tool frame of another version may name an unknown instrument. The picture then shows
         // the clip applier.
         let instrument = tools.instrument().unwrap_or(Instrument::ClipApplier) as usize;

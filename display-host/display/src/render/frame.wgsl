@@ -12,8 +12,9 @@ struct Frame {
   adapt: vec4f,         // step of the exposure in this frame, as a share, key, exposure min, max
   film: vec4f,          // grain; of the front lens: fog, soot; haze, 1/m
   wear: vec4f,          // of the instrument's working end: shares under char, blood, bile; focus, m, or 0: everything sharp
-  counts: vec4u,        // capsules, frame number, picture's pixels along a side of one of the light, 0
+  counts: vec4u,        // capsules, frame number, picture's pixels along a side of one of the light, gallstones
   capsules: array<vec4f, 8>, // ends of four capsules; w of the first end: radius
+  stones: array<vec4f, 12>,  // centres of the nearest gallstones; w: radius
 }
 
 const PI = 3.14159265;

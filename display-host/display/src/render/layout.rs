@@ -20,6 +20,7 @@ pub struct Frame {
     pub wear: [f32; 4],
     pub counts: [u32; 4],
     pub capsules: [[f32; 4]; 8],
+    pub stones: [[f32; 4]; SHADING_STONES],
 }
 
 /// `Look` in `light.wgsl`.
@@ -68,8 +69,11 @@ pub struct Stains {
 pub const SHADING_CAPSULES: usize = 4;
 /// Rows of the material table.
 pub const LOOKS: usize = 16;
-/// Number of places for rigid parts: those of an instrument and the trocar, then the clips.
-pub const PARTS: usize = 32;
+/// Largest number of gallstones that shade the tissue around them.
+pub const SHADING_STONES: usize = 12;
+/// Number of places for rigid parts: those of an instrument and the trocar, then the clips, then
+/// the gallstones.
+pub const PARTS: usize = 64;
 
 /// Every shader module: name and complete source.
 pub const SHADERS: [(&str, &str); 8] = [

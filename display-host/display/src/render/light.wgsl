@@ -116,7 +116,8 @@ fn shadow(world: vec3f, normal: vec3f) -> f32 {
   return lit / 9.0;
 }
 
-// Share of the ambient light that the tools' capsules do not hide (Quilez, "capsule occlusion").
+// Share of the ambient light that the tools' capsules and gallstones do not hide (Quilez, "capsule
+// occlusion").
 fn hidden_by_tools(world: vec3f, normal: vec3f) -> f32 {
   var open = 1.0;
   for (var i = 0u; i < frame.counts.x; i++) {
@@ -129,6 +130,17 @@ fn hidden_by_tools(world: vec3f, normal: vec3f) -> f32 {
     let l = length(d);
     let r = min(a.w / max(l, 1e-6), 1.0);
     open *= 1.0 - 0.85 * clamp(dot(normal, d) / max(l, 1e-6), 0.0, 1.0) * r * r;
+  }
+  for (var i = 0u; i < frame.counts.w; i++) {
+    let stone = frame.stones[i];
+    let d = stone.xyz - world;
+    let l2 = dot(d, d);
+    let r2 = stone.w * stone.w;
+    // Farther away a stone hides less than a hundredth.
+    if (l2 < 60.0 * r2) {
+      let share = min(r2 / max(l2, 1e-12), 1.0);
+      open *= 1.0 - 0.9 * clamp(dot(normal, d) * inverseSqrt(max(l2, 1e-12)), 0.0, 1.0) * share;
+    }
   }
   return open;
 }

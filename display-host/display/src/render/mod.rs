@@ -76,6 +76,7 @@ mod read_back;
 mod resource;
 mod settings;
 mod solid;
+mod stones;
 mod strands;
 pub(crate) mod sutures;
 mod targets;
@@ -142,6 +143,8 @@ pub struct Renderer {
     /// The instruments, the trocar, and the clips.
     instruments: [Drawable; 7],
     clips: [Mat4; MAX_CLIPPED],
+    stone_shapes: Drawable,
+    stones: stones::Stones,
     port: Vec3,
     frame: wgpu::Buffer,
     parts: wgpu::Buffer,

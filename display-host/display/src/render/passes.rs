@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use bytemuck::cast_slice;
+use shared_mem::message::MAX_STONES;
 
 use super::gpu::Gpu;
 use super::resource::{colour, depth};
@@ -39,6 +40,7 @@ impl Renderer {
         if self.shown == Shown::Everything {
             self.instruments[TROCAR].draw(&mut pass);
             self.instruments[CLIPS].draw(&mut pass);
+            self.draw_stones(&mut pass);
         }
     }
 
@@ -68,6 +70,7 @@ impl Renderer {
         if self.shown == Shown::Everything {
             self.instruments[TROCAR].draw(&mut pass);
             self.instruments[CLIPS].draw(&mut pass);
+            self.draw_stones(&mut pass);
         }
         let all = self.skinning.corner_count;
         let Some((inside, model)) = self.inside.as_ref().zip(self.inside_model.as_ref()) else {
@@ -89,6 +92,16 @@ impl Renderer {
         // Glass comes last, so that it shows what is behind it.
         model.set_glass(&mut pass);
         self.draw_tissue(&mut pass, true, 0..self.organ_corners);
+    }
+
+    fn draw_stones(&self, pass: &mut wgpu::RenderPass<'_>) {
+        let shapes = &self.stone_shapes;
+        let each = shapes.count / MAX_STONES as u32;
+        for number in self.stones.numbers().filter(|it| *it < MAX_STONES as u32) {
+            pass.set_vertex_buffer(0, shapes.vertices.slice(..));
+            pass.set_index_buffer(shapes.corners.slice(..), wgpu::IndexFormat::Uint32);
+            pass.draw_indexed(number * each..(number + 1) * each, 0, 0..1);
+        }
     }
 
     fn draw_tissue(&self, pass: &mut wgpu::RenderPass<'_>, with_rest: bool, corners: Range<u32>) {

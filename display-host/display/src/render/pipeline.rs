@@ -101,7 +101,7 @@ impl Layouts {
                 ],
             ),
             effects: layout("effects", &[(READ, both)]),
-            parts: layout("parts", &[(UNIFORM, ShaderStages::VERTEX)]),
+            parts: layout("parts", &[(UNIFORM, ShaderStages::VERTEX_FRAGMENT)]),
             inside: layout(
                 "inside",
                 &[(READ, ShaderStages::VERTEX), (READ, ShaderStages::VERTEX)],

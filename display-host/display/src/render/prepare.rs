@@ -19,7 +19,7 @@ use super::timing::Timing;
 use super::visible::Visible;
 use super::{
     Renderer, Shown, ambient, cavity, cells, film, heated, instrument, layout, look, organs,
-    particles, trees,
+    particles, stones, trees,
 };
 use crate::DisplayError;
 use crate::effects::Effects;
@@ -88,6 +88,16 @@ impl Renderer {
             ),
             count: model.triangles.len() as u32 * 3,
         });
+        let (shapes, triangles) = stones::all();
+        let stone_shapes = Drawable {
+            vertices: buffer("stones", cast_slice(&shapes), Usage::VERTEX),
+            corners: buffer(
+                "stones' triangles",
+                cast_slice(triangles.as_flattened()),
+                Usage::INDEX,
+            ),
+            count: triangles.len() as u32 * 3,
+        };
 
         let stains = buffer("stains", bytes_of(&layout::Stains::zeroed()), changing);
         let films = film::Films::new(gpu);
@@ -145,6 +155,8 @@ impl Renderer {
             pipelines,
             instruments,
             clips: [Mat4::ZERO; MAX_CLIPPED],
+            stone_shapes,
+            stones: stones::Stones::default(),
             port: Vec3::from(scene.room().instrument_port_m),
             frame,
             parts,

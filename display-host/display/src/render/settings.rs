@@ -1,6 +1,6 @@
 //! Settings of the next frames: which tissue they show, in which state, size and quality.
 
-use shared_mem::message::{ClipMsg, SphereState, SutureMsg};
+use shared_mem::message::{ClipMsg, SphereState, StoneMsg, SutureMsg};
 
 use super::gpu::Gpu;
 use super::inside::{self, Inside};
@@ -52,6 +52,11 @@ impl Renderer {
     /// Sets the clips on the tubes for the next frame.
     pub fn set_clips(&mut self, clips: &[ClipMsg], spheres: &[SphereState]) {
         self.clips = clips::places(clips, spheres, &self.rest);
+    }
+
+    /// Sets the gallstones outside of the gallbladder for the next frame.
+    pub fn set_stones(&mut self, stones: &[StoneMsg]) {
+        self.stones.set(stones);
     }
 
     /// Changes everything about the quality except the picture's size.

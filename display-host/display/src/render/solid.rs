@@ -170,6 +170,54 @@ impl Solid {
     }
 }
 
+/// Directions and triangles of a unit sphere: an icosahedron whose triangles are divided into four
+/// this many times. The triangles face outwards.
+pub(super) fn sphere(fineness: u32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let long = 0.5 + 0.5 * 5.0f32.sqrt();
+    let mut points: Vec<Vec3> = Vec::new();
+    for (a, b) in [(-1.0, long), (1.0, long), (-1.0, -long), (1.0, -long)] {
+        points.extend([
+            Vec3::new(a, b, 0.0),
+            Vec3::new(0.0, a, b),
+            Vec3::new(b, 0.0, a),
+        ]);
+    }
+    points.iter_mut().for_each(|it| *it = it.normalize());
+    // The faces are the triples of corners at an edge's length from each other.
+    let edge2 = 1.2;
+    let near = |a: usize, b: usize| points[a].distance_squared(points[b]) < edge2;
+    let mut faces = Vec::new();
+    for a in 0..12 {
+        for b in a + 1..12 {
+            for c in b + 1..12 {
+                if near(a, b) && near(b, c) && near(a, c) {
+                    let up = (points[b] - points[a]).cross(points[c] - points[a]);
+                    let is_out = up.dot(points[a]) > 0.0;
+                    let [b, c] = if is_out { [b, c] } else { [c, b] };
+                    faces.push([a, b, c].map(|i| i as u32));
+                }
+            }
+        }
+    }
+    for _ in 0..fineness {
+        let mut between: HashMap<[u32; 2], u32> = HashMap::new();
+        let mut middle = |a: u32, b: u32| {
+            *between.entry([a.min(b), a.max(b)]).or_insert_with(|| {
+                let sum = points[a as usize] + points[b as usize];
+                points.push(sum.normalize());
+                points.len() as u32 - 1
+            })
+        };
+        let mut finer = Vec::with_capacity(4 * faces.len());
+        for [a, b, c] in faces {
+            let [ab, bc, ca] = [middle(a, b), middle(b, c), middle(c, a)];
+            finer.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+        }
+        faces = finer;
+    }
+    (points, faces)
+}
+
 /// Points of the unit circle, counter-clockwise.
 pub(super) fn circle(around: usize) -> impl Iterator<Item = Vec2> {
     (0..around).map(move |i| Vec2::from_angle(i as f32 / around as f32 * core::f32::consts::TAU))
@@ -224,6 +272,19 @@ mod tests {
             n.x.abs() < 1e-3 || n.x.abs() > 0.999
         });
         assert!(sharp);
+    }
+
+    #[test]
+    fn sphere_is_closed_and_faces_outwards() {
+        let (points, faces) = sphere(2);
+        assert_eq!((points.len(), faces.len()), (162, 320));
+        let at = |i: u32| points[i as usize];
+        let volume: f32 = faces
+            .iter()
+            .map(|t| at(t[0]).dot(at(t[1]).cross(at(t[2]))) / 6.0)
+            .sum();
+        let whole = 4.0 / 3.0 * core::f32::consts::PI;
+        assert!(volume < whole && volume > 0.94 * whole, "{volume}");
     }
 
     #[test]

@@ -284,6 +284,7 @@ impl Screen {
             self.renderer.set_parted(&self.canvas.gpu, parted);
         }
         (self.renderer).set_clips(state.clips().unwrap_or(&[]), spheres);
+        (self.renderer).set_stones(state.stones().unwrap_or(&[]));
         self.renderer
             .render(&self.canvas.gpu, spheres, &tools, session.time_s());
         // A tick that is drawn again gives no latency.

@@ -74,6 +74,7 @@ fn structs_lie_as_in_rust() {
                 wear,
                 counts,
                 capsules,
+                stones,
             ]
         );
     }

@@ -38,9 +38,11 @@ const OF_DRILL: [Metric; 6] = [
     Metric::ScopeTilt,
     Metric::ScopeSway,
 ];
-/// Metrics shown only if their value matters. The trainee does not cause them, or they explain
-/// other metrics.
-const SHOWN_IF_ANY: [Metric; 4] = [
+/// Metrics shown only if their value matters. They are rare, the trainee does not cause them, or
+/// they explain other metrics.
+const SHOWN_IF_ANY: [Metric; 6] = [
+    Metric::StonesSpilled,
+    Metric::StonesLeft,
     Metric::Paused,
     Metric::Gaps,
     Metric::DeviceLost,

@@ -72,5 +72,6 @@ pub(crate) mod journal;
 pub(crate) mod lens;
 pub(crate) mod opening;
 pub(crate) mod shaking;
+pub mod stones;
 pub(crate) mod unrest;
 pub(crate) mod vessel;

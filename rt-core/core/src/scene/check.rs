@@ -9,7 +9,7 @@ use crate::capacity::{
 use crate::math::{self, Pose, Vec3};
 use crate::scene::{
     Anchor, Attachment, Layers, Link, Material, Organ, RestSphere, Room, SUBSTEPS_MAX, Scene, Skin,
-    TetraBatch, Trocar, is_suture,
+    Stones, TetraBatch, Trocar, is_suture,
 };
 
 /// Reason why a scene is refused. Indices refer to the caller's arrays.
@@ -176,6 +176,7 @@ impl<'a> Scene<'a> {
             attachments: &[],
             skin: Skin::default(),
             layers: Layers::default(),
+            stones: Stones::NONE,
             room,
         })
     }

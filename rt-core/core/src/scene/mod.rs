@@ -3,6 +3,7 @@
 mod cell;
 mod check;
 mod skin;
+mod stones;
 mod suture;
 mod tetra;
 mod trocar;
@@ -10,6 +11,7 @@ mod trocar;
 pub use cell::{COLUMNS, Cell, Column, Layers, NO_CELL};
 pub use check::SceneError;
 pub use skin::{NO_VERTEX, SKIN_BINDINGS, Skin, SkinVertex};
+pub use stones::Stones;
 pub(crate) use suture::{is_suture, numbered};
 pub use tetra::{LANES, Tetra, TetraBatch, batches};
 pub use trocar::{Trocar, TrocarChoice};
@@ -213,6 +215,7 @@ pub struct Scene<'a> {
     pub(crate) attachments: &'a [Attachment],
     pub(crate) skin: Skin<'a>,
     pub(crate) layers: Layers<'a>,
+    pub(crate) stones: Stones,
     pub(crate) room: Room,
 }
 

@@ -14,7 +14,7 @@ use crate::words::SphereBits;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Digest {
     /// Hash of the tools (instrument, poses, jaw, force, torque and opening force on the hand,
-    /// counts, switches), the clips, the trainee's sutures and the history of cells.
+    /// counts, switches), the clips, the trainee's sutures, the stones and the history of cells.
     pub tools: u32,
     /// Hash of all spheres: displacement, inverse mass, velocity and flags.
     pub spheres: u32,
@@ -70,6 +70,7 @@ impl TickView<'_> {
             hash.word(self.bodies.cells.history());
         }
         self.bodies.sutures.hash_into(&mut hash);
+        self.stones.hash_into(self.scene, &mut hash);
         hash
     }
 }

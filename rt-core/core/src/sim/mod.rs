@@ -46,6 +46,7 @@ mod procedure;
 mod sample;
 mod sew;
 mod start;
+mod stones;
 mod unrest;
 mod view;
 
@@ -148,6 +149,7 @@ impl<'a> Sim<'a> {
         state.between.forget();
         state.vessels.reset();
         state.heat.load(&scene);
+        state.stones.load(&scene);
         let mut limit = OutputLimit::new(&device, parameters.force_ramp_s);
         limit.enable(parameters.force_enabled);
         let room = scene.room();
@@ -235,6 +237,7 @@ impl<'a> Sim<'a> {
         self.tear();
         self.leak();
         self.spread_heat();
+        self.move_stones();
         self.note_unrest();
         let has_lost_leak = self.state.vessels.take_lost_leak();
         faults.raise_if(
@@ -275,6 +278,7 @@ impl<'a> Sim<'a> {
         self.clips = Clips::default();
         self.state.vessels.reset();
         self.state.heat.load(&self.scene);
+        self.state.stones.reset();
         self.state.bodies.reset(&self.scene);
         self.state.pairs.load(&self.scene);
         self.state.between.forget();
@@ -535,6 +539,7 @@ impl<'a> Sim<'a> {
             scene: &self.scene,
             bodies: &self.state.bodies,
             heat: &self.state.heat,
+            stones: &self.state.stones,
         }
     }
 
@@ -582,6 +587,7 @@ impl<'a> Sim<'a> {
             hash.word(bodies.cells.history());
         }
         bodies.sutures.hash_into(&mut hash);
+        self.state.stones.hash_into(&self.scene, &mut hash);
         hash.finish()
     }
 }

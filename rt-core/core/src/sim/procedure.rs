@@ -34,12 +34,14 @@ impl Sim<'_> {
             .handle_opening()
             .map_or(pressed, |opening| opening <= GRASP_OPENING);
         let jaw = (self.drive).jaw(pressed, &jaws(&self.tool), &self.grasp);
+        let jaw = self.stopped_by_stone(jaw);
         let starts_grasp = self.tool.jaw > GRASP_OPENING && jaw <= GRASP_OPENING;
         let closed_share = self.tool.jaw - jaw;
         self.tool.jaw = jaw;
+        let holds_stone = self.catch_stone(closed_share);
         match self.tool.instrument {
             Instrument::Scissors if closed_share > 0.0 => self.cut(closed_share, faults),
-            Instrument::Grasper if starts_grasp && self.grasp.count() == 0 => {
+            Instrument::Grasper if starts_grasp && self.grasp.count() == 0 && !holds_stone => {
                 self.close_jaws(faults);
             }
             Instrument::ClipApplier if closed_share > 0.0 => self.clip(starts_grasp, faults),
@@ -209,6 +211,7 @@ impl Sim<'_> {
 
     pub(super) fn change_instrument(&mut self, instrument: Instrument) {
         self.release_tissue();
+        self.state.stones.leave_with_instrument(&mut self.journal);
         // The persistent contacts of the old instrument are not valid for the new instrument.
         self.contacts.clear();
         self.tool.instrument = instrument;

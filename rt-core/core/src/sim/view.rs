@@ -7,6 +7,7 @@ use crate::fault::{FaultCounters, FaultSet};
 use crate::math::Vec3;
 use crate::procedure::clip::Clip;
 use crate::procedure::heat::{Balance, Heat, HeatCode};
+use crate::procedure::stones::{Stone, StoneState};
 use crate::scene::{Scene, is_suture};
 use crate::time::TimeNs;
 use crate::tissue::Bodies;
@@ -63,6 +64,7 @@ pub struct TickView<'a> {
     pub(super) scene: &'a Scene<'a>,
     pub(super) bodies: &'a Bodies,
     pub(super) heat: &'a Heat,
+    pub(super) stones: &'a StoneState,
 }
 
 impl<'a> TickView<'a> {
@@ -106,6 +108,18 @@ impl<'a> TickView<'a> {
         let own = ties.filter(|(_, tie)| is_suture(tie));
         let is_cut = own.map(|(tie, _)| damage.intact_of_tie(tie) <= 0.0);
         self.bodies.sutures.all().iter().zip(is_cut)
+    }
+
+    /// The stones, in the order of their numbers.
+    #[must_use]
+    pub fn stones(&self) -> &'a [Stone] {
+        self.stones.all(self.scene)
+    }
+
+    /// Radius of each stone, m.
+    #[must_use]
+    pub const fn stone_radius_m(&self) -> f32 {
+        self.scene.stones.radius_m()
     }
 
     /// The spheres, in the scene's order.

@@ -63,6 +63,15 @@ impl Bounds {
         within
     }
 
+    /// True if a place comes nearer to the box than `reach_m`.
+    pub(crate) fn reaches(&self, at_m: &Vec3, reach_m: f32) -> bool {
+        let place = Self {
+            low_m: *at_m,
+            high_m: *at_m,
+        };
+        self.is_near(&place, reach_m)
+    }
+
     /// True if the boxes come nearer to each other than `margin_m`.
     pub(crate) fn is_near(&self, other: &Self, margin_m: f32) -> bool {
         let gap = (self.low_m - other.high_m).sup(&(other.low_m - self.high_m));

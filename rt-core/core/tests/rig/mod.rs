@@ -11,9 +11,10 @@ use rt_core::port::{
 };
 use rt_core::procedure::clip::Clip;
 use rt_core::procedure::heat::{Balance, HeatCode};
+use rt_core::procedure::stones::Stone;
 use rt_core::scene::{
     Anchor, Attachment, Inside, Link, Material, NO_VERTEX, Organ, RestSphere, Room, SKIN_BINDINGS,
-    Scene, Skin, SkinVertex, Tetra, TetraBatch, Trocar, batches,
+    Scene, Skin, SkinVertex, Stones, Tetra, TetraBatch, Trocar, batches,
 };
 use rt_core::sim::{Digest, Ports, Samples, Stage, TickView};
 use rt_core::tissue::Method;
@@ -90,6 +91,7 @@ pub(crate) struct Anatomy {
     pub(crate) skin_fans: Vec<[u16; 2]>,
     pub(crate) skin_nearest: Vec<u16>,
     pub(crate) breath_s: f32,
+    pub(crate) stones: Option<Stones>,
     /// Seal and wall at the instrument's port.
     pub(crate) trocar: Trocar,
     /// Rotation about the origin, applied to room and devices as well.
@@ -280,6 +282,7 @@ impl Anatomy {
                     nearest: &self.skin_nearest,
                 })
             })
+            .and_then(|scene| scene.with_stones(self.stones.unwrap_or(Stones::NONE)))
             .expect("a good scene")
     }
 }
@@ -405,6 +408,7 @@ pub(crate) struct Bench {
     pub(crate) clips: Vec<Clip>,
     pub(crate) clips_left: u32,
     pub(crate) sutures: Vec<(Suture, bool)>,
+    pub(crate) stones: Vec<Stone>,
     pub(crate) camera: Pose,
     pub(crate) tip_m: Vec3,
     pub(crate) instrument: Instrument,
@@ -439,6 +443,7 @@ impl Bench {
             jaw: 1.0,
             clips: Vec::new(),
             sutures: Vec::new(),
+            stones: Vec::new(),
             clips_left: 0,
             camera: Pose::identity(),
             tip_m: Vec3::zeros(),
@@ -497,6 +502,7 @@ impl Ports for Bench {
         self.clips = view.clips.to_vec();
         self.clips_left = view.clips_left;
         self.sutures = view.sutures().map(|(it, is_cut)| (*it, is_cut)).collect();
+        self.stones = view.stones().to_vec();
         self.camera = view.tool.world_from_camera;
         self.tip_m = view.tool.tip_m;
         self.instrument = view.tool.instrument;

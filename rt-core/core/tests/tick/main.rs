@@ -16,6 +16,7 @@ mod proxy;
 mod rig;
 mod sew;
 mod start;
+mod stones;
 mod tear;
 mod touch;
 mod trocar;

@@ -25,8 +25,8 @@
 //!   factors are assumed.
 //! - Stones: 1 to 30 of 3 to 25 mm, as far as they fit. As in a suspension, stones that fill the
 //!   share φ of the volume multiply the body's stiffness by 1 + 2.5 φ (Einstein). They also make
-//!   the body heavier: cholesterol stones sink in bile, and are taken to have 1100 kg/m³. They are
-//!   never seen: a hole lets out bile, and no stones.
+//!   the body heavier: cholesterol stones sink in bile, and are taken to have 1100 kg/m³. They
+//!   leave through a hole that is wide enough (`rt_core::procedure::stones`).
 //! - Adhesions: the cover adheres to the neck and up to 20 mm of the infundibulum. The tissue of
 //!   the bed is tougher and denser in scars, and looser in oedema (assumed).
 

@@ -96,6 +96,9 @@ pub struct Stones {
 }
 
 impl Stones {
+    /// Volume of the usual gallbladder inside its wall, ml.
+    pub const ROOM_ML: f64 = 1e-3 * ROOM_MM3;
+
     pub(super) fn random(random: &mut Random, wall: Wall) -> Self {
         // The shrunken gallbladder has less room.
         let width = wall.state().width.min(1.0);

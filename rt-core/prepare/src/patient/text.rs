@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::case::{PREFIX, Patient};
-use super::parts;
+use super::parts::{self, Stones};
 use crate::error::RecipeError;
 use crate::recipe::Recipe;
 use crate::shape::Course;
@@ -58,6 +58,9 @@ impl Patient {
                 "bed_density_kg_m3",
                 format!("{:.0}", 1000.0 + 100.0 * (wall.bed - 1.0)),
             ),
+            ("stone_count", self.stones.count.to_string()),
+            ("stone_mm", format!("{:.3}", self.stones.size_mm)),
+            ("stone_room_ml", format!("{:.3}", Stones::ROOM_ML)),
             ("bed_toughness_j_m2", format!("{:.0}", 75.0 * wall.bed)),
             ("accessory", accessory.into()),
         ];

@@ -2,14 +2,16 @@
 
 use std::path::Path;
 
-use rt_core::capacity::{TROCAR_FRICTION_MAX_N, TROCAR_WALL_MAX_NM_RAD};
+use rt_core::capacity::{MAX_STONES, TROCAR_FRICTION_MAX_N, TROCAR_WALL_MAX_NM_RAD};
 use shared_mem::scene::OrganKind;
 
 use super::locate::{Step, line_of_offset, line_of_path};
-use super::raw::{FrameRaw, MaterialRaw, OrganRaw, RecipeRaw, RoomRaw, TieRaw, TrocarRaw};
+use super::raw::{
+    FrameRaw, MaterialRaw, OrganRaw, RecipeRaw, RoomRaw, StonesRaw, TieRaw, TrocarRaw,
+};
 use super::{
     Closing, Frame, Material, MeshOptions, OrganPlan, Packing, Place, Recipe, Region, RoomPlan,
-    SPHERES_MAX, SPHERES_MIN, Surface, Tie, TrocarPlan, Unit,
+    SPHERES_MAX, SPHERES_MIN, StonesPlan, Surface, Tie, TrocarPlan, Unit,
 };
 use crate::Vec3;
 use crate::error::RecipeError;
@@ -156,12 +158,14 @@ pub(super) fn check(text: &str, file: &str, meshes_dir: &Path) -> Result<Recipe,
     }
     let mut ties = check_ties(&place, "suture", &raw.suture, &names)?;
     ties.extend(check_ties(&place, "band", &raw.band, &names)?);
+    let stones = raw.stones.as_ref();
     Ok(Recipe {
         name: raw.name,
         tick_us: tick_us.transpose()?,
         room: check_room(&place, &raw.room, &names)?,
         organs,
         ties,
+        stones: stones.map(|raw| check_stones(&place, raw)).transpose()?,
     })
 }
 
@@ -507,6 +511,18 @@ fn check_room(
     })
 }
 
+fn check_stones(place: &Source<'_>, raw: &StonesRaw) -> Result<StonesPlan, RecipeError> {
+    let number = |key: &'static str, value: f64, least: f64, most: f64| {
+        place.number(&[Step::Key("stones"), Step::Key(key)], value, least..=most)
+    };
+    number("count", raw.count.into(), 1.0, MAX_STONES as f64)?;
+    Ok(StonesPlan {
+        count: raw.count,
+        diameter_m: 1e-3 * number("diameter_mm", raw.diameter_mm, 1.0, 50.0)?,
+        room_m3: 1e-6 * number("room_ml", raw.room_ml, 1.0, 1000.0)?,
+    })
+}
+
 fn check_trocar(place: &Source<'_>, raw: &TrocarRaw) -> Result<TrocarPlan, RecipeError> {
     let number = |key: &'static str, value: f64, least: f64, most: f32| {
         let at = [Step::Key("room"), Step::Key("trocar"), Step::Key(key)];
@@ -578,5 +594,6 @@ pub(super) fn from_mesh(path: &Path, options: &MeshOptions) -> Result<Recipe, Re
             layers: None,
         }],
         ties: Vec::new(),
+        stones: None,
     })
 }

@@ -46,6 +46,19 @@ pub struct Recipe {
     pub organs: Vec<OrganPlan>,
     /// Sutures and bands between places of organs, or from an organ to the world.
     pub ties: Vec<Tie>,
+    /// Stones in the gallbladder. By default there are none.
+    pub stones: Option<StonesPlan>,
+}
+
+/// Stones in the gallbladder, all of one size.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StonesPlan {
+    /// Number of stones.
+    pub count: u32,
+    /// Diameter of each, m.
+    pub diameter_m: f64,
+    /// Volume inside the gallbladder's wall, m³: bile and stones.
+    pub room_m3: f64,
 }
 
 /// The room as the recipe gives it, world frame, SI.

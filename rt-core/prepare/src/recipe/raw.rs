@@ -20,6 +20,15 @@ pub(super) struct RecipeRaw {
     pub(super) suture: Vec<TieRaw>,
     #[serde(default)]
     pub(super) band: Vec<TieRaw>,
+    pub(super) stones: Option<StonesRaw>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct StonesRaw {
+    pub(super) count: u32,
+    pub(super) diameter_mm: f64,
+    pub(super) room_ml: f64,
 }
 
 #[derive(Debug, Deserialize)]

@@ -165,6 +165,31 @@ pub(super) fn jar(page: &mut Page<'_>, chapter: &Chapter) {
     page.add(format_args!("<p class=\"lead\">{text}</p>"));
 }
 
+/// Tells the spilled stones, and the danger of those that were left behind.
+pub(super) fn stones(page: &mut Page<'_>, values: &Values) {
+    let [spilled, out, left] = [
+        Metric::StonesSpilled,
+        Metric::StonesRetrieved,
+        Metric::StonesLeft,
+    ]
+    .map(|it| values.get(it));
+    if !Metric::StonesSpilled.is_worth_mention(spilled) {
+        return;
+    }
+    let [spilled, out, left_text] = [spilled, out, left].map(|it| format!("{it:.0}"));
+    let values = [
+        ("spilled", spilled.as_str()),
+        ("out", &out),
+        ("left", &left_text),
+    ];
+    let mut text = page.say_with("page-stones", &values);
+    if left > 0.0 {
+        text.push(' ');
+        text.push_str(&page.say("page-stones-left"));
+    }
+    page.add(format_args!("<p class=\"open\">{text}</p>"));
+}
+
 /// Tells how often the trainee started over. A pass of a fourth attempt is not one of the first.
 pub(super) fn restarts(page: &mut Page<'_>, values: &Values) {
     let count = values.get(Metric::Restarts);

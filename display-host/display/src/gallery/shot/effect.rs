@@ -4,12 +4,16 @@ use glam::{Quat, Vec3};
 use shared_mem::message::{CapsuleMsg, PoseMsg, ToolFrame};
 use shared_mem::scene::{OrganKind, SceneFile};
 
-use super::{Chapter, Shot, best_side, bounds, camera_only, is_free, judges, others};
+use super::{Chapter, Shot, best_side, bounds, camera_only, is_free, judges, lying, others};
 use crate::effects::{Effect, Flow, Kind};
 use crate::render::camera::upright;
 
 /// Position of the hook's tip relative to its joint, m.
 const HOOK_TIP_M: Vec3 = Vec3::new(0.0, -0.0042, -0.0119);
+
+/// Number of the stones in a picture, and their radius, m.
+const STONES: usize = 9;
+const STONE_RADIUS_M: f32 = 0.002_5;
 
 /// Clearance between the line of sight and the spheres of an organ, m.
 const CLEAR_M: f32 = 0.004;
@@ -35,38 +39,51 @@ pub(super) fn all(scene: &SceneFile) -> Vec<Shot> {
         ("Fresh bleeding", vec![Kind::Blood], 0.25, bleeds),
         ("Older bleeding", vec![Kind::Blood], 12.0, bleeds),
         ("Bile", vec![Kind::Bile], 12.0, leaks),
+        ("Spilled stones", vec![Kind::Bile], 12.0, leaks),
     ];
-    let shots = kinds.into_iter().map(|(title, kinds, seconds, site)| {
-        let Site { at, out, from, .. } = site;
-        let is_wet = matches!(kinds[0], Kind::Blood | Kind::Bile);
-        let is_burnt = matches!(kinds[0], Kind::Smoke | Kind::Sparks);
-        let begin = kinds.into_iter().map(|kind| Effect {
-            kind,
-            at_m: at + out * 0.001,
-            along: out + 0.4 * up,
-            strength: 1.0,
-            lasts_s: if is_wet {
-                Effect::LEAK_S
-            } else {
-                seconds + 2.0
-            },
-            flow: match site.organ.filter(|_| is_wet) {
-                Some(organ) => Flow::of_organ(&rules, organ),
-                None => Flow::default(),
-            },
+    let shots = kinds
+        .into_iter()
+        .filter_map(|(title, kinds, seconds, site)| {
+            let Site { at, out, from, .. } = site;
+            let is_wet = matches!(kinds[0], Kind::Blood | Kind::Bile);
+            let is_burnt = matches!(kinds[0], Kind::Smoke | Kind::Sparks);
+            let begin = kinds.into_iter().map(|kind| Effect {
+                kind,
+                at_m: at + out * 0.001,
+                along: out + 0.4 * up,
+                strength: 1.0,
+                lasts_s: if is_wet {
+                    Effect::LEAK_S
+                } else {
+                    seconds + 2.0
+                },
+                flow: match site.organ.filter(|_| is_wet) {
+                    Some(organ) => Flow::of_organ(&rules, organ),
+                    None => Flow::default(),
+                },
+            });
+            let begin = begin.collect();
+            let far_m = if is_wet { 0.075 } else { 0.06 };
+            let world_from_camera = upright(at + from * far_m, at - up * 0.004, up);
+            let tools = match is_burnt {
+                true => hook_at(scene, at, from, world_from_camera),
+                false => camera_only(scene, world_from_camera),
+            };
+            let has_stones = title == "Spilled stones";
+            let stones = match has_stones {
+                true => lying(scene, at, STONES, STONE_RADIUS_M),
+                false => Vec::new(),
+            };
+            // Where no stone finds room, the picture would be that of the bile.
+            if has_stones && stones.is_empty() {
+                return None;
+            }
+            Some(Shot {
+                stones,
+                effects: (begin, seconds),
+                ..Shot::new(Chapter::Effects, title, tools)
+            })
         });
-        let begin = begin.collect();
-        let far_m = if is_wet { 0.075 } else { 0.06 };
-        let world_from_camera = upright(at + from * far_m, at - up * 0.004, up);
-        let tools = match is_burnt {
-            true => hook_at(scene, at, from, world_from_camera),
-            false => camera_only(scene, world_from_camera),
-        };
-        Shot {
-            effects: (begin, seconds),
-            ..Shot::new(Chapter::Effects, title, tools)
-        }
-    });
     shots.collect()
 }
 

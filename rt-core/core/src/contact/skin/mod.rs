@@ -5,7 +5,7 @@
 //! towards its tool point (Zilles and Salisbury 1995), O(points near organs). The law of a
 //! half-space ([`crate::contact::law`]) adds the compliance that the spheres lack.
 
-mod closest;
+pub(crate) mod closest;
 #[cfg(test)]
 mod tests;
 mod tool_points;

@@ -40,14 +40,18 @@ pub(crate) struct VertexCache {
 
 impl Default for VertexCache {
     fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl VertexCache {
+    pub(crate) const fn new() -> Self {
         Self {
             rows: [EMPTY; ROWS],
             tick: 0,
         }
     }
-}
 
-impl VertexCache {
     /// Begins a tick: the spheres have moved, so all entries are invalid.
     pub(crate) fn begin(&mut self) {
         self.tick = self.tick.wrapping_add(1);

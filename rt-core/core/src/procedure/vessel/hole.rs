@@ -40,6 +40,14 @@ impl Opening {
         }
     }
 
+    /// Area of the opening if it is one of a bag, m². A torn-off neck is as wide as a neck.
+    pub(super) const fn bag_area_m2(&self) -> f32 {
+        match self {
+            Self::Wall { area_m2, .. } => *area_m2,
+            _ => core::f32::consts::PI * NECK_RADIUS_M * NECK_RADIUS_M,
+        }
+    }
+
     /// Share of the arriving flow that leaves through the opening.
     pub(super) fn share(&self, scene: &Scene<'_>, clips: &Clips, bodies: &Bodies) -> f32 {
         match self {

@@ -15,7 +15,7 @@ use heapless::Vec;
 use crate::capacity::{MAX_HOLES, MAX_ORGANS};
 use crate::procedure::clip::Clips;
 use crate::procedure::journal::Journal;
-use crate::scene::{Inside, Scene};
+use crate::scene::{Inside, Organ, Scene};
 use crate::tissue::Bodies;
 use crate::tissue::per_sphere::PerSphere;
 use crate::words::{Event, EventKind};
@@ -39,6 +39,17 @@ const DRIED_RADIUS_M: f32 = 0.001_5;
 /// Energy that seals a wall, J/m³: it heats the tissue to 100 °C and boils a third of its water,
 /// `1060 kg/m³ (3600 J/kg K · 63 K + 0.25 · 2.26 MJ/kg)`.
 const SEAL_J_M3: f32 = 8.4e8;
+
+/// A hole of a bag.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Mouth {
+    /// Sphere at the hole.
+    pub(crate) sphere: u32,
+    /// Area of the hole, m².
+    pub(crate) area_m2: f32,
+    /// Flow as the last event of the leak reported it, as a share of the full flow.
+    pub(crate) flow: f32,
+}
 
 /// Progress of the flow computation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -125,6 +136,17 @@ impl Vessels {
         let is_hole =
             |it: &Hole| matches!(it.opening, Opening::Wall { sphere: at, .. } if at == sphere);
         self.holes.iter().any(is_hole)
+    }
+
+    /// Holes of this bag.
+    pub(crate) fn mouths(&self, bag: &Organ) -> impl Iterator<Item = Mouth> + use<'_> {
+        let (start, count) = (bag.sphere_start, bag.sphere_count);
+        let own = move |it: &&Hole| it.opening.sphere().wrapping_sub(start) < count;
+        self.holes.iter().filter(own).map(|it| Mouth {
+            sphere: it.opening.sphere(),
+            area_m2: it.opening.bag_area_m2(),
+            flow: it.reported,
+        })
     }
 
     /// Pressure at this sphere, as a share of the full pressure.
