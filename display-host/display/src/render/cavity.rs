@@ -288,6 +288,7 @@ mod tests {
         let space = |trocar: Vec3, eye: Vec3| Space {
             centre: Vec3::ZERO,
             radii: Vec3::ONE,
+            bowl_radii: Vec3::ONE,
             right: Vec3::X,
             up: Vec3::Y,
             back: Vec3::Z,
