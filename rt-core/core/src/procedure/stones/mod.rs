@@ -248,7 +248,7 @@ impl StoneState {
         let Some((organ, bag)) = (0u32..).zip(scene.organs).find(|(_, it)| is_bag(it)) else {
             return;
         };
-        let mouths: Vec<Mouth, MAX_HOLES> = vessels.mouths(bag).collect();
+        let mouths: Vec<Mouth, MAX_HOLES> = vessels.mouths(bag).take(MAX_HOLES).collect();
         let (mut flow, mut widest): (f32, Option<&Mouth>) = (0.0, None);
         for mouth in &mouths {
             let width_m = joined_width_m(mouth, &mouths, scene);

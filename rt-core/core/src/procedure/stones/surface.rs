@@ -26,7 +26,9 @@ impl Surroundings<'_> {
     ) -> Vec<Touch, { MAX_ORGANS + 1 }> {
         let mut touches = Vec::new();
         let below = bowl.touch(at_m, radius_m);
-        touches.extend(below.filter(|it| it.gap_m < NEAR_M));
+        if let Some(below) = below.filter(|it| it.gap_m < NEAR_M) {
+            let _ = touches.push(below); // the first
+        }
         let reach_m = radius_m + NEAR_M;
         for (organ, bounds) in self.scene.organs.iter().zip(self.bounds) {
             if !bounds.reaches(at_m, reach_m) {
