@@ -150,7 +150,7 @@ enum Command {
     /// beam, organs, instruments.
     Measured(measured::MeasuredArgs),
     /// Changes each tuned value of contact, force and tissue: off, 30 % less, 30 % more. Measures
-    /// what becomes better or worse. Takes an hour: it builds a copy of the sources in which the
+    /// what becomes better or worse. Takes hours: it builds a copy of the sources in which the
     /// values are variable.
     Ablation(ablation::AblationArgs),
     /// Measures everything but `ablation`, `calculix`, `hands` and `measured`. Real organs are read
