@@ -63,7 +63,7 @@ pub(super) fn varied(module: &str, text: &str, all: &[Parameter]) -> String {
     while !rest.is_empty() {
         if let Some(function) = rest.strip_prefix("const fn ") {
             let body = &function[..function.find("\n    }\n").unwrap_or(function.len())];
-            if all.iter().any(|it| body.contains(&it.name)) {
+            if uses_one(module, product, body, all) {
                 rest = &rest["const ".len()..];
             }
         }
@@ -93,6 +93,13 @@ pub(super) fn varied(module: &str, text: &str, all: &[Parameter]) -> String {
         rest = &rest[path..];
     }
     out + &text[product.len()..]
+}
+
+/// True if a function of this module uses a tuned value.
+fn uses_one(module: &str, text: &str, body: &str, all: &[Parameter]) -> bool {
+    let is_break = |c: char| !c.is_alphanumeric() && c != '_' && c != ':';
+    body.split(is_break)
+        .any(|word| index(module, text, word, all).is_some())
 }
 
 /// Length of the text at the start that stays: a comment, a text, an import, another constant.
@@ -271,6 +278,7 @@ mod tests {
             y.max(Self::GAIN) + HALF\n\
         }\n\
         const fn g() -> f32 {\n    GAIN\n}\n\
+        impl A {\n    const fn k() -> f32 {\n        AGAIN\n    }\n}\n\
         \n\
         #[cfg(test)]\nmod tests {\n    fn h() -> f32 { GAIN }\n}\n";
 
@@ -311,6 +319,7 @@ mod tests {
             "use super::law::{self, WIDE};\n",
             "const HALF: f32 = GAIN / 2.0;\n",
             "fn h() -> f32 { GAIN }",
+            "    const fn k() -> f32 {\n        AGAIN\n    }\n",
         ] {
             assert!(text.contains(kept), "{kept}: {text}");
         }
