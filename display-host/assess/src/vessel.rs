@@ -1,6 +1,6 @@
 //! Clips on cystic duct and artery, and their division.
 
-use shared_mem::message::{Event, UnknownEvent};
+use shared_mem::message::Event;
 
 use crate::vector::{Vec3, distance, dot, sub};
 
@@ -49,10 +49,10 @@ impl Vessel {
     }
 
     /// Takes an instructor's complication: an opened wall, or a clip that slipped off.
-    pub(crate) fn complicate(&mut self, event: &Result<Event, UnknownEvent>) {
+    pub(crate) fn complicate(&mut self, event: &Event) {
         match event {
-            Ok(Event::Opened { .. }) => self.opened = true,
-            Ok(Event::Unclipped { number }) => {
+            Event::Opened { .. } => self.opened = true,
+            Event::Unclipped { number } => {
                 self.unclipped = true;
                 match self.clips.iter().position(|clip| clip.number == *number) {
                     Some(at) => drop(self.clips.swap_remove(at)),

@@ -25,7 +25,8 @@ pub(crate) struct Done {
     pub(crate) clips: usize,
     /// Time from a division until its step may count as done, s. A leak may still show before then.
     pub(crate) settle_s: f64,
-    /// Largest flow of a leak, and largest open share of a cut end, that count as closed.
+    /// Largest share of the whole vessel's flow that counts as no leak, and largest open share of a
+    /// cut end that counts as closed, 0 to 1.
     pub(crate) leak: f64,
     /// Time for which an organ or the tip must be held in the picture, s.
     pub(crate) look_s: f64,
@@ -76,15 +77,22 @@ impl Rules {
         kind.is_some_and(|kind| self.burn.contains(&kind) || own.contains(&kind))
     }
 
-    /// True for a press on a structure of this kind, not protected from touch, that is hard enough
-    /// to count.
-    pub(crate) fn is_deep(&self, kind: Option<OrganKind>, press: &Event) -> bool {
-        let Event::Press { force_n } = press else {
-            return false;
+    /// True if a touch of a structure of this kind is hard enough to count.
+    pub(crate) fn is_hard(&self, kind: Option<OrganKind>, touch: &Event) -> bool {
+        let is_protected = self.must_not_touch(kind);
+        let mut presses = self.press_n.iter();
+        let limit_n = match is_protected {
+            true => Some(self.touch_n),
+            false => (presses.find(|(organ, _)| Some(*organ) == kind)).map(|(_, limit_n)| *limit_n),
         };
-        let mut limits = self.press_n.iter();
-        let limit = limits.find(|(organ, _)| Some(*organ) == kind);
-        limit.is_some_and(|(_, limit_n)| f64::from(*force_n) >= *limit_n)
+        match touch {
+            // Without a limit of force, each touch of a protected structure counts.
+            Event::Contact { .. } => is_protected && self.touch_n <= 0.0,
+            Event::Press { force_n } => limit_n.is_some_and(|limit_n| {
+                (limit_n > 0.0 || !is_protected) && f64::from(*force_n) >= limit_n
+            }),
+            _ => false,
+        }
     }
 
     /// True if heat injures this kind of organ before it opens a hole.
@@ -151,15 +159,6 @@ impl Rules {
         let is_exam = difficulty == Difficulty::Exam && task != Task::Free;
         let exam = if is_exam { &self.exam[..] } else { &[] };
         own.iter().chain(exam)
-    }
-
-    /// True if a touch of a protected structure is hard enough to count.
-    pub(crate) fn is_hard(&self, touch: &Event) -> bool {
-        match touch {
-            Event::Contact { .. } => self.touch_n <= 0.0,
-            Event::Press { force_n } => self.touch_n > 0.0 && f64::from(*force_n) >= self.touch_n,
-            _ => false,
-        }
     }
 }
 
