@@ -1,14 +1,18 @@
 //! Two stations and an instructor, each in a network of its own, connected by a bad line.
 
-use std::io::{BufRead as _, BufReader, Read as _, Write as _};
-use std::net::{Shutdown, TcpListener, TcpStream};
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
-use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
-use std::sync::{Arc, Mutex, mpsc};
-use std::time::{Duration, Instant};
+mod bad_line;
+mod networks;
+mod process;
 
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
+use bad_line::bad_line;
 use bytemuck::Zeroable as _;
+use networks::{Networks, address};
+use process::Process;
 use rustix::process::Signal;
 use serde_json::Value;
 use shared_mem::message::{StateFrame, TimingBatch, ToolFrame};
@@ -17,193 +21,6 @@ use shared_mem::task::TaskMsg;
 use system_tests::{
     calot, compiled, finish, may_be_realtime, said, signal, station_name, wait_until,
 };
-
-/// Delay of the line in one direction.
-const DELAY: Duration = Duration::from_millis(40);
-/// Time that a lost packet holds up the line until it is sent again.
-const LOST: Duration = Duration::from_millis(250);
-/// One packet in this many is lost.
-const LOSES_ONE_IN: u64 = 50;
-
-/// Network namespaces joined to this one. They are removed on drop.
-struct Networks(Vec<String>);
-
-impl Networks {
-    /// Creates `count` networks. Each has an address range of its own (`address`), in which this
-    /// end is `.1` and the network's end is `.2`. `None` if this user may not create networks.
-    fn of(count: u8) -> Option<Self> {
-        let mut networks = Self(Vec::new());
-        for number in 0..count {
-            let pid = std::process::id();
-            let (name, veth) = (format!("calot-{pid}-{number}"), format!("ca{pid}{number}"));
-            let [ours, theirs] = [1, 2].map(|end| format!("{}/24", address(number, end)));
-            let inside = |words: &str| format!("netns exec {name} ip {words}");
-            if !ip(&format!("netns add {name}")) {
-                return None;
-            }
-            networks.0.push(name.clone());
-            let made = [
-                format!("link add {veth} type veth peer name eth0 netns {name}"),
-                format!("addr add {ours} dev {veth}"),
-                format!("link set {veth} up"),
-                inside(&format!("addr add {theirs} dev eth0")),
-                inside("link set eth0 up"),
-                inside("link set lo up"),
-            ];
-            if !made.iter().all(|words| ip(words)) {
-                return None;
-            }
-        }
-        Some(networks)
-    }
-
-    /// Starts `calot` in one of the networks.
-    fn calot(&self, number: usize, words: &[&str]) -> Process {
-        let plain = calot();
-        let mut command = Command::new("ip");
-        command
-            .args(["netns", "exec", &self.0[number]])
-            .arg(plain.get_program())
-            .args(words)
-            .current_dir(system_tests::root());
-        Process::start(&mut command)
-    }
-
-    /// True if a process in this network listens for TCP.
-    fn listens(&self, number: usize) -> bool {
-        let mut command = Command::new("ip");
-        command.args(["netns", "exec", &self.0[number], "cat"]);
-        command.args(["/proc/net/tcp", "/proc/net/tcp6"]);
-        let sockets = finish(&mut command);
-        let text = String::from_utf8_lossy(&sockets.stdout).into_owned();
-        assert!(text.contains("local_address"), "{text}");
-        text.lines()
-            .any(|it| it.split_whitespace().nth(3) == Some("0A"))
-    }
-}
-
-impl Drop for Networks {
-    fn drop(&mut self) {
-        for name in &self.0 {
-            ip(&format!("netns del {name}"));
-        }
-    }
-}
-
-fn address(number: u8, end: u8) -> String {
-    // The address depends on the process id, so that tests running side by side do not collide.
-    let third = (std::process::id() % 60) as u8 * 4 + number;
-    format!("10.231.{third}.{end}")
-}
-
-fn ip(words: &str) -> bool {
-    let mut command = Command::new("ip");
-    command.args(words.split_whitespace());
-    let run = command.stderr(Stdio::null()).stdout(Stdio::null()).status();
-    run.is_ok_and(|status| status.success())
-}
-
-/// A child that prints a JSON object per line. It ends on drop.
-struct Process {
-    child: Child,
-    lines: Arc<Mutex<Vec<Value>>>,
-}
-
-impl Process {
-    fn start(command: &mut Command) -> Self {
-        let piped = command.stdin(Stdio::null()).stdout(Stdio::piped());
-        let mut child = piped.spawn().expect("it starts");
-        let lines = Arc::new(Mutex::new(Vec::new()));
-        let (stdout, into) = (child.stdout.take().expect("piped"), lines.clone());
-        std::thread::spawn(move || {
-            for line in BufReader::new(stdout).lines().map_while(Result::ok) {
-                if let Ok(value) = serde_json::from_str(&line) {
-                    into.lock().expect("no panic").push(value);
-                }
-            }
-        });
-        Self { child, lines }
-    }
-
-    /// Returns the first line that satisfies `which`.
-    fn says(&self, what: &str, which: impl Fn(&Value) -> bool) -> Value {
-        let mut found = None;
-        wait_until(what, || {
-            let lines = self.lines.lock().expect("no panic");
-            found = lines.iter().find(|it| which(it)).cloned();
-            found.is_some()
-        });
-        found.unwrap_or_default()
-    }
-
-    /// Asks the process to end and returns its last line. Its exit status must say whether it ever
-    /// connected.
-    fn end(mut self) -> Value {
-        signal(self.child.id(), Signal::TERM);
-        let status = self.child.wait().expect("it ends");
-        let last = self.says("its last words", |it| it["states"].is_number());
-        let connected = last["connections"].as_u64() > Some(0);
-        assert_eq!(status.success(), connected, "{status}: {last}");
-        last
-    }
-}
-
-impl Drop for Process {
-    fn drop(&mut self) {
-        signal(self.child.id(), Signal::CONT);
-        signal(self.child.id(), Signal::TERM);
-        let start = Instant::now();
-        while matches!(self.child.try_wait(), Ok(None)) {
-            if start.elapsed() > Duration::from_secs(10) {
-                let _ = self.child.kill();
-            }
-            std::thread::sleep(Duration::from_millis(10));
-        }
-    }
-}
-
-/// A line that delays all data and loses some. TCP sends lost data again; until then the data that
-/// follow wait.
-fn bad_line(from: &str, to: String, lost: Arc<AtomicU64>) {
-    let listener = TcpListener::bind(from).expect("an address of ours");
-    std::thread::spawn(move || {
-        for near in listener.incoming().map_while(Result::ok) {
-            let Ok(far) = TcpStream::connect(&to) else {
-                continue;
-            };
-            let two = |it: &TcpStream| it.try_clone().expect("a socket");
-            pass(two(&near), two(&far), lost.clone());
-            pass(far, near, lost.clone());
-        }
-    });
-}
-
-fn pass(mut from: TcpStream, mut to: TcpStream, lost: Arc<AtomicU64>) {
-    let (sender, chunks) = mpsc::sync_channel::<(Instant, Vec<u8>)>(256);
-    std::thread::spawn(move || {
-        let (mut bytes, mut count) = (vec![0; 16 << 10], 0u64);
-        while let Ok(length @ 1..) = from.read(&mut bytes) {
-            count += 1;
-            let mut due = Instant::now() + DELAY;
-            if count.is_multiple_of(LOSES_ONE_IN) {
-                lost.fetch_add(1, Relaxed);
-                due += LOST;
-            }
-            if sender.send((due, bytes[..length].to_vec())).is_err() {
-                return;
-            }
-        }
-    });
-    std::thread::spawn(move || {
-        for (due, chunk) in chunks {
-            std::thread::sleep(due.saturating_duration_since(Instant::now()));
-            if to.write_all(&chunk).is_err() {
-                break;
-            }
-        }
-        let _ = to.shutdown(Shutdown::Both);
-    });
-}
 
 fn make_keys(folder: &Path, words: &[&str]) {
     let script = folder.join("make_keys.sh");
