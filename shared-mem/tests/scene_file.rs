@@ -162,13 +162,19 @@ fn a_trocar_is_read_as_written_and_its_absence_leaves_the_bytes_as_they_were() {
     assert!(matches!(error, SceneError::NotAScene("wrong length")));
 }
 
-#[test]
-fn stones_are_read_as_written_also_without_a_trocar() {
-    let stones = StonesRecord {
+fn few_stones() -> StonesRecord {
+    StonesRecord {
         count: 20,
         diameter_m: 0.004,
         room_m3: 40.0e-6,
-    };
+        world_from_bowl: PoseMsg::IDENTITY,
+        bowl_radii_m: [0.1; 3],
+    }
+}
+
+#[test]
+fn stones_are_read_as_written_also_without_a_trocar() {
+    let stones = few_stones();
     let with = SceneData {
         stones: Some(stones),
         ..tiny_scene()
@@ -235,7 +241,7 @@ type Fault = (&'static str, fn(&mut SceneData));
 
 #[test]
 fn every_fault_is_refused_and_named() {
-    let faults: [Fault; 44] = [
+    let faults: [Fault; 46] = [
         ("kind", |s| s.organs[0].kind = 99),
         ("name", |s| s.organs[0].name = [0; 32]),
         ("poisson", |s| s.organs[0].material.poisson = 0.5),
@@ -298,15 +304,29 @@ fn every_fault_is_refused_and_named() {
         ("stones 0: count is 31, allowed are 0 to 30", |s| {
             s.stones = Some(StonesRecord {
                 count: 31,
-                diameter_m: 0.004,
-                room_m3: 40.0e-6,
+                ..few_stones()
             });
         }),
         ("stones 0: diameter_m is NaN", |s| {
             s.stones = Some(StonesRecord {
-                count: 3,
                 diameter_m: f32::NAN,
-                room_m3: 40.0e-6,
+                ..few_stones()
+            });
+        }),
+        ("stones 0: bowl_radii_m up is 0", |s| {
+            s.stones = Some(StonesRecord {
+                bowl_radii_m: [0.1, 0.0, 0.1],
+                ..few_stones()
+            });
+        }),
+        ("stones 0: world_from_bowl is PoseMsg", |s| {
+            let world_from_bowl = PoseMsg {
+                orientation: [0.0; 4],
+                ..PoseMsg::IDENTITY
+            };
+            s.stones = Some(StonesRecord {
+                world_from_bowl,
+                ..few_stones()
             });
         }),
         ("instrument length", |s| {

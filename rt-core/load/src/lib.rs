@@ -5,8 +5,9 @@
 use nalgebra::{Quaternion, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
 use rt_core::scene::{
-    Anchor, Attachment, Cell, Column, Inside, Layers, Link, Material, Organ, RestSphere, Room,
-    Scene, SceneError, Skin, SkinVertex, Stones, Tetra, TetraBatch, Trocar, TrocarChoice, batches,
+    Anchor, Attachment, Bowl, Cell, Column, Inside, Layers, Link, Material, Organ, RestSphere,
+    Room, Scene, SceneError, Skin, SkinVertex, Stones, Tetra, TetraBatch, Trocar, TrocarChoice,
+    batches,
 };
 use shared_mem::message::PoseMsg;
 use shared_mem::scene::{
@@ -311,6 +312,10 @@ fn stones(record: &StonesRecord) -> Stones {
         count: record.count,
         diameter_m: record.diameter_m,
         room_m3: record.room_m3,
+        bowl: Bowl {
+            world_from_bowl: pose(&record.world_from_bowl),
+            radii_m: record.bowl_radii_m,
+        },
     }
 }
 

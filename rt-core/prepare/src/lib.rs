@@ -71,6 +71,7 @@ pub mod shape;
 
 mod attach;
 pub mod bind;
+mod bowl;
 mod budget;
 mod cells;
 pub mod held;

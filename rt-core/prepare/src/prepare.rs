@@ -22,7 +22,7 @@ use crate::skin::ContactSkin;
 use crate::tetra::{self, Tetra};
 use crate::thin::{self, Thin};
 use crate::{
-    Vec3, attach, bind, cost, held, links, overlap, rest, room, runs, space, support, tube,
+    Vec3, attach, bind, bowl, cost, held, links, overlap, rest, room, runs, space, support, tube,
 };
 
 /// Progress of the preparation.
@@ -195,8 +195,9 @@ fn assemble(
         }
     }
     let (room, warning) = room::place(recipe, skins)?;
+    let stones = recipe.stones.as_ref();
+    scene.stones = stones.map(|plan| bowl::stones(plan, &room, &scene.spheres));
     scene.room = Some(room);
-    scene.stones = recipe.stones.as_ref().map(room::stones);
     scene.trocar = recipe.room.trocar.as_ref().map(room::trocar);
     // Refuse a scene here that the processes would refuse.
     scene.to_bytes()?;

@@ -6,13 +6,13 @@
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use shared_mem::message::PoseMsg;
-use shared_mem::scene::{OrganKind, RoomRecord, StonesRecord, TrocarRecord, name_from_str};
+use shared_mem::scene::{OrganKind, RoomRecord, TrocarRecord, name_from_str};
 
 use crate::Vec3;
 use crate::error::PrepareError;
 use crate::field::Nearest;
 use crate::mesh::Mesh;
-use crate::recipe::{Frame, OrganPlan, Recipe, StonesPlan, TrocarPlan};
+use crate::recipe::{Frame, OrganPlan, Recipe, TrocarPlan};
 
 /// Lengths of the shaft outside of the body with which a hand can work, m.
 const OUTSIDE_M: std::ops::RangeInclusive<f64> = 0.08..=0.20;
@@ -162,15 +162,6 @@ pub fn place(
         breath_s: plan.breath_s.unwrap_or(0.0) as f32,
     };
     Ok((room, warning))
-}
-
-/// The stones' record.
-pub(crate) fn stones(plan: &StonesPlan) -> StonesRecord {
-    StonesRecord {
-        count: plan.count,
-        diameter_m: plan.diameter_m as f32,
-        room_m3: plan.room_m3 as f32,
-    }
 }
 
 /// The trocar's record.

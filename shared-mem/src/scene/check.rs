@@ -9,7 +9,7 @@ use super::{
     WORLD, str_from_name,
 };
 use crate::limits;
-use crate::message::{MAX_CELLS, MAX_SPHERES, MAX_SUTURES};
+use crate::message::{MAX_CELLS, MAX_SPHERES, MAX_SUTURES, PoseMsg};
 
 impl SceneFile {
     pub(super) fn check_content(&self) -> Result<(), SceneError> {
@@ -134,12 +134,7 @@ impl SceneFile {
             ("world_from_tracker", &room.world_from_tracker),
             ("world_from_camera", &room.world_from_camera),
         ] {
-            if !pose.is_sane() {
-                return Err(bad(format!(
-                    "{name} is {pose:?}, allowed are a position within 1000 m and a quaternion of \
-                     unit length"
-                )));
-            }
+            check_pose("room", name, pose)?;
         }
         if !(0.05..=1.0).contains(&room.instrument_length_m) {
             return Err(bad(format!(
@@ -174,6 +169,9 @@ impl SceneFile {
             ("count", stones.count as f32, 0.0, limits::MAX_STONES as f32),
             ("diameter_m", stones.diameter_m, 0.001, 0.05),
             ("room_m3", stones.room_m3, 1.0e-6, 1.0e-3),
+            ("bowl_radii_m right", stones.bowl_radii_m[0], 1.0e-3, 10.0),
+            ("bowl_radii_m up", stones.bowl_radii_m[1], 1.0e-3, 10.0),
+            ("bowl_radii_m back", stones.bowl_radii_m[2], 1.0e-3, 10.0),
         ];
         for (name, value, least, most) in rules {
             if !(least..=most).contains(&value) {
@@ -181,7 +179,7 @@ impl SceneFile {
                 return Err(record_error("stones", 0, problem));
             }
         }
-        Ok(())
+        check_pose("stones", "world_from_bowl", &stones.world_from_bowl)
     }
 
     fn check_trocar(&self) -> Result<(), SceneError> {
@@ -509,6 +507,20 @@ fn check_count(what: &'static str, found: usize, min: usize, max: usize) -> Resu
         min,
         max,
     })
+}
+
+fn check_pose(what: &'static str, name: &str, pose: &PoseMsg) -> Result<(), SceneError> {
+    match pose.is_sane() {
+        true => Ok(()),
+        false => Err(record_error(
+            what,
+            0,
+            format!(
+                "{name} is {pose:?}, allowed are a position within 1000 m and a quaternion of unit \
+                 length"
+            ),
+        )),
+    }
 }
 
 fn record_error(what: &'static str, index: usize, problem: String) -> SceneError {

@@ -108,6 +108,11 @@ pub struct StonesRecord {
     pub diameter_m: f32,
     /// Volume inside the gallbladder's wall, m³: bile and stones.
     pub room_m3: f32,
+    /// Middle and axes (right, up, back) of the ellipsoid on whose lower half stones come to rest
+    /// that miss the organs. Displays draw that half as the bottom of the abdomen.
+    pub world_from_bowl: PoseMsg,
+    /// The ellipsoid's radii along its axes, m.
+    pub bowl_radii_m: [f32; 3],
 }
 
 /// A material. The two stiffnesses without a unit are for the inner-sphere paper's method.

@@ -2,7 +2,7 @@
 //! and below the organs a fatty apron, the omentum. Both are scaled to the scene.
 
 use glam::{Vec2, Vec3};
-use shared_mem::scene::{OrganKind, SceneFile};
+use shared_mem::scene::{OrganKind, SceneFile, StonesRecord};
 
 use super::noise::{hash, noise};
 use crate::skinning::RestVertex;
@@ -35,8 +35,8 @@ pub(super) struct Cavity {
 struct Space {
     centre: Vec3,
     radii: Vec3,
-    /// Radii of the bowl below the middle on which stones lie.
-    bowl_radii: Vec3,
+    /// Depth of the bowl below the middle on which stones lie, m.
+    bowl_depth: f32,
     right: Vec3,
     up: Vec3,
     back: Vec3,
@@ -51,12 +51,15 @@ struct Space {
 /// intestine needs no apron.
 #[must_use]
 pub(super) fn around(scene: &SceneFile) -> Cavity {
-    let space = Space::of(scene);
+    let stones = scene.stones();
+    let space = match stones {
+        Some(stones) => Space::of(scene).over_bowl(stones),
+        None => Space::of(scene),
+    };
     let mut cavity = Cavity::default();
-    let has_stones = scene.stones().is_some();
     let walls = OrganKind::AbdominalWall as u32;
     if scene.organs().iter().all(|organ| organ.kind != walls) {
-        cavity.add_shell(&space, has_stones);
+        cavity.add_shell(&space, stones.is_some());
     }
     let below = [OrganKind::Fat as u32, OrganKind::Intestine as u32];
     if scene
@@ -93,18 +96,32 @@ impl Space {
         // of the light.
         let half = (high - low) / 2.0;
         let radii = half * 1.45 + Vec3::new(0.035, 0.02, 0.02);
-        let bowl_radii = Vec3::new(radii.x, half.y * 0.75 + 0.01, radii.z);
         let share = |p: Vec3| (p - centre) / radii;
         let trocar = share(within(Vec3::from(room.instrument_port_m)));
         Self {
             trocar: drawn_to(trocar, share(eye)),
             centre: right * centre.x + up * centre.y + back * centre.z,
             radii,
-            bowl_radii,
+            bowl_depth: radii.y,
             right,
             up,
             back,
             floor: (floor_at - centre.y - 0.004).max(-0.8 * radii.y),
+        }
+    }
+
+    /// The same cavity with its lower part in the bowl on which stones lie.
+    fn over_bowl(self, stones: &StonesRecord) -> Self {
+        let world_from_bowl = super::camera::matrix(&stones.world_from_bowl);
+        let [right, depth, back] = stones.bowl_radii_m;
+        Self {
+            centre: world_from_bowl.w_axis.truncate(),
+            right: world_from_bowl.x_axis.truncate(),
+            up: world_from_bowl.y_axis.truncate(),
+            back: world_from_bowl.z_axis.truncate(),
+            radii: Vec3::new(right, self.radii.y, back),
+            bowl_depth: depth,
+            ..self
         }
     }
 
@@ -169,10 +186,11 @@ impl Cavity {
                 // The wall has broad, soft folds.
                 let folds = noise(d * 2.1 + 3.7).1 * 0.10 + noise(d * 5.3 + 1.1).1 * 0.035;
                 let is_bowl = has_stones && d.y < 0.0;
-                let (even, radii) = match is_bowl {
-                    true => ((1.0 + 2.0 * d.y).max(0.0), space.bowl_radii),
-                    false => (1.0, space.radii),
+                let (even, tall) = match is_bowl {
+                    true => ((1.0 + 2.0 * d.y).max(0.0), space.bowl_depth),
+                    false => (1.0, space.radii.y),
                 };
+                let radii = Vec3::new(space.radii.x, tall, space.radii.z);
                 let at = space.world(d * radii * space.wall(d, 1.0 + folds * even));
                 self.vertices
                     .push(fixed(at, OrganKind::AbdominalWall, 0.85));
@@ -288,7 +306,7 @@ mod tests {
         let space = |trocar: Vec3, eye: Vec3| Space {
             centre: Vec3::ZERO,
             radii: Vec3::ONE,
-            bowl_radii: Vec3::ONE,
+            bowl_depth: 1.0,
             right: Vec3::X,
             up: Vec3::Y,
             back: Vec3::Z,

@@ -354,7 +354,7 @@ fn check_position(what: &'static str, index: usize, v: &Vec3) -> Result<(), Scen
         .try_for_each(|&x| in_range(what, index, x, (-10.0, 10.0), "-10 to 10 m"))
 }
 
-fn check_pose(what: &'static str, pose: &Pose) -> Result<(), SceneError> {
+pub(super) fn check_pose(what: &'static str, pose: &Pose) -> Result<(), SceneError> {
     check_position(what, 0, &pose.translation.vector)?;
     if math::is_rigid(pose) {
         Ok(())

@@ -11,7 +11,7 @@ mod trocar;
 pub use cell::{COLUMNS, Cell, Column, Layers, NO_CELL};
 pub use check::SceneError;
 pub use skin::{NO_VERTEX, SKIN_BINDINGS, Skin, SkinVertex};
-pub use stones::Stones;
+pub use stones::{Bowl, Stones};
 pub(crate) use suture::{is_suture, numbered};
 pub use tetra::{LANES, Tetra, TetraBatch, batches};
 pub use trocar::{Trocar, TrocarChoice};

@@ -1,6 +1,8 @@
 //! Stones in the gallbladder.
 
 use crate::capacity::MAX_STONES;
+use crate::math::{Pose, Quat, Vec3};
+use crate::scene::check::check_pose;
 use crate::scene::{Scene, SceneError};
 
 /// Stones in the gallbladder, all of one size.
@@ -12,6 +14,17 @@ pub struct Stones {
     pub diameter_m: f32,
     /// Volume inside the gallbladder's wall, m³: bile and stones together.
     pub room_m3: f32,
+    /// The abdomen below the organs, in which stones that miss them come to rest.
+    pub bowl: Bowl,
+}
+
+/// The lower half of an ellipsoid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bowl {
+    /// Middle and axes: right, up, back.
+    pub world_from_bowl: Pose,
+    /// Radii along the axes, m.
+    pub radii_m: [f32; 3],
 }
 
 impl Stones {
@@ -20,6 +33,15 @@ impl Stones {
         count: 0,
         diameter_m: 0.0,
         room_m3: 0.0,
+        bowl: Bowl {
+            world_from_bowl: Pose {
+                rotation: Quat::new_unchecked(nalgebra::Quaternion::new(1.0, 0.0, 0.0, 0.0)),
+                translation: nalgebra::Translation {
+                    vector: Vec3::new(0.0, 0.0, 0.0),
+                },
+            },
+            radii_m: [1.0; 3],
+        },
     };
 
     /// Radius of each, m.
@@ -67,7 +89,17 @@ impl Scene<'_> {
                 "1e-6 to 1e-3 m³",
             ),
         ];
-        for (what, value, least, most, allowed) in checks {
+        let radii = stones.bowl.radii_m.map(|radius_m| {
+            (
+                "radius of the bowl",
+                radius_m,
+                1.0e-3,
+                10.0,
+                "0.001 to 10 m",
+            )
+        });
+        check_pose("world_from_bowl", &stones.bowl.world_from_bowl)?;
+        for (what, value, least, most, allowed) in checks.into_iter().chain(radii) {
             if count > 0 && !(least..=most).contains(&value) {
                 return Err(SceneError::Value {
                     what,
@@ -86,7 +118,6 @@ impl Scene<'_> {
 mod tests {
     extern crate std;
     use super::*;
-    use crate::math::Vec3;
     use crate::scene::tests::{organ, room, sphere};
     use std::string::ToString as _;
 
@@ -94,6 +125,7 @@ mod tests {
         count: 20,
         diameter_m: 0.004,
         room_m3: 40.0e-6,
+        ..Stones::NONE
     };
 
     #[test]
@@ -127,6 +159,29 @@ mod tests {
                     ..FEW
                 },
                 "volume of the gallbladder",
+            ),
+            (
+                Stones {
+                    bowl: Bowl {
+                        radii_m: [0.1, f32::INFINITY, 0.1],
+                        ..FEW.bowl
+                    },
+                    ..FEW
+                },
+                "radius of the bowl",
+            ),
+            (
+                Stones {
+                    bowl: Bowl {
+                        world_from_bowl: Pose {
+                            rotation: Quat::new_unchecked(nalgebra::Quaternion::default()),
+                            ..FEW.bowl.world_from_bowl
+                        },
+                        ..FEW.bowl
+                    },
+                    ..FEW
+                },
+                "world_from_bowl",
             ),
         ] {
             let error = scene.with_stones(stones).unwrap_err().to_string();

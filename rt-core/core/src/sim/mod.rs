@@ -149,7 +149,7 @@ impl<'a> Sim<'a> {
         state.between.forget();
         state.vessels.reset();
         state.heat.load(&scene);
-        state.stones.load(&scene);
+        state.stones.reset();
         let mut limit = OutputLimit::new(&device, parameters.force_ramp_s);
         limit.enable(parameters.force_enabled);
         let room = scene.room();

@@ -3,8 +3,9 @@
 use super::cautery::{COAGULATE, CUT, under_current};
 use super::grip::count;
 use super::*;
+use rt_core::math::{Pose, Quat};
 use rt_core::procedure::stones::{Place, Stone};
-use rt_core::scene::{Inside, Stones};
+use rt_core::scene::{Bowl, Inside, Stones};
 use rt_core::tool::Instrument;
 
 /// Five stones in so little bile that one leaves in two seconds through a burnt hole.
@@ -12,14 +13,21 @@ const FEW: Stones = Stones {
     count: 5,
     diameter_m: 0.004,
     room_m3: 1.0e-6,
+    ..Stones::NONE
 };
 /// Place of the hook's tip that burns a hole, on the flat top of the bag.
 const HOLE: Vec3 = Vec3::new(0.0, 0.0, 0.034);
 
+/// A bag of bile that lies in a bowl.
 fn bag(stones: Stones) -> Anatomy {
     let mut bag = Anatomy::liver().with_skins();
     bag.organs[0].inside = Inside::Bile;
-    bag.stones = Some(stones);
+    let upright = Quat::from_axis_angle(&Vec3::x_axis(), std::f32::consts::FRAC_PI_2);
+    let bowl = Bowl {
+        world_from_bowl: Pose::from_parts(Vec3::zeros().into(), upright),
+        radii_m: [0.09, 0.036, 0.08],
+    };
+    bag.stones = Some(Stones { bowl, ..stones });
     bag
 }
 
@@ -170,9 +178,16 @@ fn one_spilled<'a>(sim: &mut Sim<'a>, bench: &mut Bench) -> Vec3 {
     first.at_m
 }
 
-/// Tip of the grasper whose jaws have this stone 4 mm behind their end.
-fn around(stone_m: &Vec3) -> Vec3 {
-    stone_m - Vec3::new(0.0, 0.0, 0.002)
+/// Spills one stone and closes a grasper around it, 4 mm behind the end of its jaws. Returns the
+/// grasper's tip.
+fn one_grasped(sim: &mut Sim<'_>, bench: &mut Bench) -> Vec3 {
+    let stone_m = one_spilled(sim, bench);
+    bench.next_at(&AWAY, NONE).command = Some(Command::Instrument(Instrument::Grasper));
+    sim.tick(bench);
+    let tip = stone_m - Vec3::new(0.0, 0.0, 0.002);
+    move_tip(sim, bench, &AWAY, &tip, 1500, NONE);
+    hold_tip(sim, bench, &tip, 200, Buttons::GRASP);
+    tip
 }
 
 fn one() -> Stones {
@@ -185,12 +200,7 @@ fn jaws_hold_a_stone_carry_it_and_let_it_go() {
     let mut state = new_state();
     let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
     let mut bench = Bench::new();
-    let stone_m = one_spilled(&mut sim, &mut bench);
-    bench.next_at(&AWAY, NONE).command = Some(Command::Instrument(Instrument::Grasper));
-    sim.tick(&mut bench);
-    let tip = around(&stone_m);
-    move_tip(&mut sim, &mut bench, &AWAY, &tip, 1500, NONE);
-    hold_tip(&mut sim, &mut bench, &tip, 200, Buttons::GRASP);
+    let tip = one_grasped(&mut sim, &mut bench);
     assert_eq!(
         count(&bench, EventKind::StoneHeld),
         1,
@@ -228,12 +238,7 @@ fn a_stone_drawn_through_the_port_or_out_with_the_grasper_is_retrieved() {
         let mut state = new_state();
         let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, FORCE_ENABLED);
         let mut bench = Bench::new();
-        let stone_m = one_spilled(&mut sim, &mut bench);
-        bench.next_at(&AWAY, NONE).command = Some(Command::Instrument(Instrument::Grasper));
-        sim.tick(&mut bench);
-        let tip = around(&stone_m);
-        move_tip(&mut sim, &mut bench, &AWAY, &tip, 1500, NONE);
-        hold_tip(&mut sim, &mut bench, &tip, 200, Buttons::GRASP);
+        let tip = one_grasped(&mut sim, &mut bench);
         if is_changed {
             let samples = bench.next_at(&tip, Buttons::GRASP);
             samples.command = Some(Command::Instrument(Instrument::Irrigator));

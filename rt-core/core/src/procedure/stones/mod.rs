@@ -18,8 +18,7 @@
 //!
 //! A stone is a ball without weight on anything (25 mm weigh 9 g, and 4 mm weigh 0.04 g). It falls,
 //! rolls on the contact skins and on the spheres of tubes (`surface`) and in the abdomen below the
-//! organs (`bowl`), and comes to rest where it
-//! stays near a place (`motion`). Then it follows the nearest sphere of the tissue. Tools push
+//! organs (`bowl`), and comes to rest where it stays near a place (`motion`). Then it follows the nearest sphere of the tissue. Tools push
 //! it. Stones push each other. Each stone moves in one of `STEP_TICKS` ticks, so a tick moves
 //! four stones at most.
 //!
@@ -49,7 +48,6 @@ use crate::time::TICK_S;
 use crate::tissue::{Bodies, Bounds};
 use crate::tool::Capsule;
 use crate::words::{Event, EventKind};
-use bowl::Bowl;
 use grip::Held;
 use motion::Rest;
 
@@ -160,7 +158,6 @@ pub(crate) struct StoneState {
     /// Opening at which the held stone stops the jaws, and the least opening since they caught it.
     stop: f32,
     least_opening: f32,
-    bowl: Bowl,
     cache: VertexCache,
 }
 
@@ -179,18 +176,8 @@ impl StoneState {
             due: 0.5,
             stop: 0.0,
             least_opening: 0.0,
-            bowl: Bowl::NONE,
             cache: VertexCache::new(),
         }
-    }
-
-    /// Puts all stones of a scene into the gallbladder.
-    pub(crate) fn load(&mut self, scene: &Scene<'_>) {
-        self.bowl = match scene.stones.count {
-            0 => Bowl::NONE,
-            _ => Bowl::of(scene),
-        };
-        self.reset();
     }
 
     /// Puts all stones back into the gallbladder.

@@ -114,7 +114,7 @@ impl StoneState {
     /// The tissue or the other stone nearest to a stone. Either way the sphere is one of tissue.
     fn seat(&mut self, stone: &Stone, number: usize, around: &Surroundings<'_>) -> Option<Touch> {
         let radius_m = around.scene.stones.radius_m();
-        let touches = around.touches(&stone.at_m, radius_m, (&self.bowl, &mut self.cache));
+        let touches = around.touches(&stone.at_m, radius_m, &mut self.cache);
         let mut seat = nearest(&touches).copied();
         for (other, it) in self.all(around.scene).iter().enumerate() {
             let (Place::Rests(rest), true) = (it.place, other != number) else {
@@ -155,7 +155,7 @@ impl StoneState {
     /// Moves a stone out of tissue. Returns the deepest contact, and how far all have pushed it, m.
     fn come_out(&mut self, stone: &mut Stone, around: &Surroundings<'_>) -> Option<(Touch, f32)> {
         let radius_m = around.scene.stones.radius_m();
-        let touches = around.touches(&stone.at_m, radius_m, (&self.bowl, &mut self.cache));
+        let touches = around.touches(&stone.at_m, radius_m, &mut self.cache);
         let (mut ground, mut pushed_m): (Option<Touch>, f32) = (None, 0.0);
         for touch in touches.iter().filter(|it| it.gap_m < 0.0) {
             push(stone, &touch.normal, -touch.gap_m);

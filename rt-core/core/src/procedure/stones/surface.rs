@@ -7,7 +7,6 @@ use crate::contact::skin::closest::walk;
 use crate::contact::skin::vertex_cache::VertexCache;
 use crate::math::{self, Vec3};
 use crate::procedure::stones::Surroundings;
-use crate::procedure::stones::bowl::Bowl;
 use crate::procedure::stones::touch::Touch;
 use crate::scene::Organ;
 use crate::tool::Capsule;
@@ -22,10 +21,10 @@ impl Surroundings<'_> {
         &self,
         at_m: &Vec3,
         radius_m: f32,
-        (bowl, cache): (&Bowl, &mut VertexCache),
+        cache: &mut VertexCache,
     ) -> Vec<Touch, { MAX_ORGANS + 1 }> {
         let mut touches = Vec::new();
-        let below = bowl.touch(at_m, radius_m);
+        let below = self.scene.stones.bowl.touch(at_m, radius_m);
         if let Some(below) = below.filter(|it| it.gap_m < NEAR_M) {
             let _ = touches.push(below); // the first
         }
