@@ -13,9 +13,8 @@
 //!
 //! # Why an assessment can be repeated
 //!
-//! This library is pure: the entries of an operation go in one by one, and status and result come
-//! out. `calot run --task` gives it each entry that the recorder writes. `calot report` gives it
-//! the entries of the file. The entries are the same, so the numbers are too.
+//! `calot run --task` gives this library each entry that the recorder writes. `calot report` gives
+//! it the entries of the file.
 //!
 //! One table with a version defines all metrics (`metrics/definition.rs`). One file holds weights,
 //! pass rules, forbidden structures and flows (`rules.toml`, or `--rules`). The session keeps a
@@ -25,8 +24,8 @@
 //! share of the worse side. The vessel counts as divided unclamped if that side is not closed, if
 //! it had too few clips, or if it leaks. The critical view of safety is achieved when enough of
 //! each region's cells is removed (`CellRecord::region`), and shown when the endoscope held it in
-//! its picture from both sides. The recorder measures the picture in identity images
-//! ([`session::identity`]), so that the assessment needs no graphics card. An identity image shows
+//! its picture from both sides. The recorder measures the picture in identity images,
+//! which have the organ at each pixel ([`session::identity`]), so that the assessment needs no graphics card. An identity image shows
 //! the organs where they lay at its time, and the instrument among them.
 //!
 //! The display's panel gets each alarm, the score and the end of the task as a `TaskView`. A

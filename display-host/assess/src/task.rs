@@ -80,7 +80,8 @@ impl Task {
         }
     }
 
-    /// True if the trainee may place the sutures, because the task begins with nothing done.
+    /// True if hanging the gallbladder is the first step of the task, so that the trainee may place
+    /// the sutures.
     #[must_use]
     pub fn may_hang(self) -> bool {
         matches!(self, Self::Identify | Self::Full | Self::Free)

@@ -12,7 +12,7 @@
 //!
 //! The watcher asks for data that are newer than its own ([`wire`]). It keeps up to four questions
 //! under way while answers are quick, and one while they are late (`pace`). A slow line therefore
-//! carries fewer pictures, and none of them waits for long. A stopped watcher asks for nothing. The
+//! carries fewer frames, and no frame waits for long. A stopped watcher asks for nothing. The
 //! watcher asks for events by number until they arrive; `serve` keeps the last 4096. `serve` has a
 //! thread for each watcher, so that a slow watcher delays only itself, and does not store what a
 //! watcher has received. A message holds only the used part of a frame. The watcher converts time
@@ -21,8 +21,8 @@
 //!
 //! # Trust
 //!
-//! Everything from the line is checked before use, as if anybody had sent it. Both sides prove
-//! themselves in TLS 1.3 with certificates of one authority (`make_keys.sh`). One kind of
+//! Everything from the line is checked before use, as if anybody had sent it. Both sides
+//! authenticate each other by TLS 1.3 with certificates of one authority (`make_keys.sh`). One kind of
 //! certificate allows a station to serve, another allows a watcher to ask. Without certificates,
 //! both sides must run on the same computer.
 

@@ -32,12 +32,13 @@ pub enum End {
     /// The session was ended properly.
     Whole,
     /// The session breaks off at this place: the recorder was killed, or the disk was full.
-    /// Everything before it is as recorded. A damaged length of the last record outside a chunk
-    /// has the same effect.
+    /// Everything before it is as recorded. If the length of the last record outside a chunk is
+    /// damaged, the session also reads as broken off.
     BrokenOff(String),
     /// The session was ended properly, and lost these parts before it was repaired.
     Lost(String),
-    /// The session is damaged at this place, in this way. Nothing after it is read.
+    /// The session is damaged at this place, in this way, or the disk cannot read it. Nothing after
+    /// it is read.
     Damaged(String),
 }
 
@@ -96,7 +97,7 @@ impl Records {
         Self::from_byte(0, source)
     }
 
-    /// Reads from byte `at` on, where a record begins, or the file.
+    /// Reads from byte `at` on. A record, or the file itself, must begin there.
     pub(crate) fn from_byte(at: u64, source: Box<dyn Read>) -> Self {
         Self {
             source,
@@ -164,7 +165,7 @@ impl Records {
         ];
         if !known.contains(&opcode) {
             return Err(damaged(format!(
-                "a record of kind {opcode:#04x}, which is not allowed there"
+                "a record of kind {opcode:#04x}, which is not allowed outside a chunk"
             )));
         }
         let body = self.take(length)?;

@@ -68,7 +68,7 @@
 //!
 //! # Modules
 //!
-//! The project's documents call these modules *rooms*. [`scene::Room`] is the operating room.
+//! Tests of the checkout call these modules *rooms*. [`scene::Room`] is the operating room.
 //!
 //! | module | contents |
 //! |---|---|

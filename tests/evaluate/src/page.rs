@@ -174,11 +174,11 @@ fn methods(rows: &[accuracy::Row], svg: &str) -> Vec<Section> {
     let chart = Section {
         title: "Speed against accuracy".to_owned(),
         body: format!(
-            "<p>Every method loads an organ as a surgeon may load it. Right is slower, up is less accurate: <b>lower \
+            "<p>Each case loads an organ as a surgeon may load it. Time grows to the right, error upwards: <b>lower \
 left is better</b>. The error is the distance of each free sphere from its place by finite elements (quadratic \
 tetrahedra of the same neo-Hookean tissue, verified against closed forms, and for convergence as below). A line joins a method's sphere counts; a cross on the upper edge is a count at which it blew up.</p>\
-<p>All methods get the same spheres, tetrahedra, edges and masses. The spheres that Calot's preparation holds \
-follow the reference in every method, and no others are led. Dimensionless stiffnesses (“k fitted”) are fitted on the \
+<p>All methods get the same spheres, tetrahedra, edges and masses. In every method the spheres that Calot's preparation holds \
+follow the reference. No other sphere has a prescribed displacement. Dimensionless stiffnesses (“k fitted”) are fitted on the \
 first scene only, the sag, by the mean displacement, and kept in all others. All other settings follow from E, ν and \
 density; the share of E that Calot's tetrahedra get was fitted on that scene, once.</p><p>In the presses a rigid, frictionless ball goes into the top by its radius. Calot meets it \
 with its contact skin. Every other method moves the spheres, which fit into the skin, clear of the ball at the end of a \
@@ -388,8 +388,13 @@ fn about() -> String {
         String::from_utf8_lossy(&o.stdout).trim().to_owned()
     });
     let command: Vec<String> = std::env::args().skip(1).collect();
+    let release = if cfg!(debug_assertions) {
+        ""
+    } else {
+        " --release"
+    };
     format!(
-        "Machine: {machine}. Commit: {commit}. Command: cargo run --release -p evaluate -- {}",
+        "Machine: {machine}. Commit: {commit}. Command: cargo run{release} -p evaluate -- {}",
         command.join(" ")
     )
 }

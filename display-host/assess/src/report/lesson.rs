@@ -61,7 +61,7 @@ impl Lesson {
 }
 
 /// Id of the message that says how to avoid an error, by the kind's name in `summary.json` and the
-/// organ. The board of the drills is no tissue that could be drawn aside.
+/// organ. The board of the drills has a message of its own, because nobody can draw it aside.
 #[must_use]
 pub fn advice(kind: &str, organ: Option<&str>) -> String {
     match (kind, organ) {

@@ -50,8 +50,8 @@ fn misses(report: &Report) -> String {
         return String::new();
     }
     let mut page = String::from(
-        "<table><tr><th>in a million periods<th>station<th>burn<th>station − burn: 95 % of draws of \
-         the rounds<th></tr>",
+        "<table><tr><th>in a million periods<th>station<th>burn<th>station − burn: 95 % bootstrap \
+         interval over the rounds<th></tr>",
     );
     for line in &against_burn {
         let [low, high] = line.difference;
@@ -73,7 +73,7 @@ fn turns(report: &Report) -> String {
     let mut page = String::from(
         "<table class=\"narrow\"><tr><th>program<th>round<th>p50, µs<th>p99, µs<th>max, µs\
          <th>periods missed in a million<th>missed: woken too late<th>missed: last tick still at work\
-         <th>occasions<th>ticks that ended late<th>stolen by the host, ms</tr>",
+         <th>occasions of one missed period or more<th>ticks that ended late<th>stolen by the host, ms</tr>",
     );
     for r in &report.rounds {
         let us = |ns: u64| ns as f64 / 1e3;

@@ -1,4 +1,4 @@
-//! Squares before a camera at the origin that looks along −z.
+//! Squares before a camera. The camera is at the origin and looks along −z.
 
 use bytemuck::Zeroable as _;
 use shared_mem::message::CapsuleMsg;
@@ -27,11 +27,11 @@ fn square(canvas: &mut Canvas, organ: u8, [x, y, depth_m]: Vec3, half_m: f32) {
     canvas.triangle([a, c, d], organ);
 }
 
-fn share(counted: &Counted, organ: usize) -> f64 {
+fn clear_share(counted: &Counted, organ: usize) -> f64 {
     OrganSeen::of(1.0, counted, organ).clear()
 }
 
-fn is(found: f64, expected: f64, within: f64) {
+fn assert_near(found: f64, expected: f64, within: f64) {
     assert!((found - expected).abs() < within, "{found}, not {expected}");
 }
 
@@ -48,19 +48,19 @@ fn the_nearer_surface_hides_the_farther_in_any_order() {
             square(&mut canvas, organ, at, half_m);
         }
         let counted = canvas.count();
-        is(share(&counted, 0), 0.5, 0.03);
-        is(share(&counted, 1), 1.0, 1e-9);
+        assert_near(clear_share(&counted, 0), 0.5, 0.03);
+        assert_near(clear_share(&counted, 1), 1.0, 1e-9);
         let seen = OrganSeen::of(1.0, &counted, 1);
         // A square of 2 cm at 5 cm fills its share of a round picture of 70°.
         let radius_m = 0.05 * 0.61f64.tan();
-        is(
+        assert_near(
             seen.size(),
             4e-4 / (std::f64::consts::PI * radius_m * radius_m),
             0.02,
         );
-        is(seen.off(), 0.01 / radius_m, 0.02);
+        assert_near(seen.off(), 0.01 / radius_m, 0.02);
         let first = OrganSeen::of(0.5, &counted, 0);
-        is(first.visible(), 0.25, 0.02);
+        assert_near(first.visible(), 0.25, 0.02);
     }
 }
 
@@ -76,7 +76,7 @@ fn an_instrument_hides_organs_and_counts_as_none() {
     });
     let counted = canvas.count();
     // A shaft of 1 cm at 5 cm hides 2 of the 4 cm at 10 cm.
-    is(share(&counted, 3), 0.5, 0.04);
+    assert_near(clear_share(&counted, 3), 0.5, 0.04);
     let (side, pixels) = canvas.pixels();
     assert_eq!(pixels[side * side / 2 + side / 2], None, "the shaft");
     assert!(pixels.contains(&Some(3)));

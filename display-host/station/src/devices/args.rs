@@ -68,8 +68,8 @@ pub(crate) enum DevicesCommand {
     Watch(WatchArgs),
     /// Tests a device with the suite that the emulated devices pass; exit code 1 if a check fails
     Conformance(ConformanceArgs),
-    /// Tests axes, units and signs of a haptic device with a person's hand, and forces of 0.3 N;
-    /// exit code 1 if a check fails
+    /// Tests axes, units and signs of a haptic device with a person's hand; exit code 1 if a check
+    /// fails. Forces are 0.5 N at most, except one push of 2 N, and 1 N at the fingers
     Feel(FeelArgs),
     /// Finds the positions of haptic device and tracker by touching the station file's landmarks
     /// with each

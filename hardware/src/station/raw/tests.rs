@@ -88,6 +88,28 @@ fn a_whole_file_is_read() {
 }
 
 #[test]
+fn the_guide_has_a_station_file_for_each_driver_and_all_are_read() {
+    let guide = include_str!("../../../README.md");
+    let blocks = guide.split("```toml\n").skip(1);
+    let files: Vec<_> = blocks
+        .filter_map(|block| block.split("```").next())
+        .filter(|text| text.contains("[haptic]"))
+        .map(|text| read(text).unwrap_or_else(|error| panic!("{error}:\n{text}")))
+        .collect();
+    let drivers: Vec<_> = (files.iter())
+        .filter_map(|it| it.haptic.as_ref())
+        .map(|haptic| haptic.driver.clone())
+        .collect();
+    let has = |is_it: fn(&HapticDriver) -> bool| drivers.iter().any(is_it);
+    assert!(has(|it| *it == HapticDriver::Rig), "{drivers:?}");
+    assert!(has(|it| *it == HapticDriver::Woody), "{drivers:?}");
+    assert!(has(|it| matches!(it, HapticDriver::Hapi(_))));
+    assert!(has(|it| matches!(it, HapticDriver::Inverse3 { .. })));
+    assert!(has(|it| matches!(it, HapticDriver::Touch { .. })));
+    assert!(has(|it| matches!(it, HapticDriver::ForceDimension { .. })));
+}
+
+#[test]
 fn a_force_dimension_device_needs_neither_path_nor_number() {
     let read = |lines: &str| {
         let text = format!("[haptic]\ndriver = \"force-dimension\"\n{lines}");

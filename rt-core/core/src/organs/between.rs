@@ -29,11 +29,11 @@ const CLOSE_M: f32 = 0.000_5;
 /// Stiffness of the contact of two spheres, N/m: a gallbladder that is pressed on the liver with 1
 /// N sinks a quarter of a millimetre into it.
 const STIFFNESS_N_M: f32 = 200.0;
-/// Weight of the speed of an overlap relative to its depth, s: enough that nothing bounces. A
-/// larger weight slows the approach to balance.
+/// Damping of the contact divided by its stiffness, s: enough that nothing bounces. A larger value
+/// slows the approach to balance.
 const DAMPING_TIME_S: f32 = 0.001;
 /// Largest share of an overlap that a substep corrects. With 0.4, a rod that a tool folds shakes at
-/// 0.6 m/s (`bodies_of_common_tissue_rest`). With 0.3 it rests.
+/// 0.6 m/s (`bodies_of_common_tissue_rest`). With 0.3 it rests, and 0.25 leaves a margin.
 const CORRECTION_SHARE_MAX: f32 = 0.25;
 /// Largest speed at which overlapping organs part, m/s. A duct that has slipped far into an organ
 /// comes out slowly.
