@@ -220,6 +220,10 @@ words! {
         StoneDropped = 29, "stone_dropped";
         /// A stone is out of the body.
         StoneRetrieved = 30, "stone_retrieved";
+        /// Share of the tube that the clip of the next event `clip` of this organ closes.
+        ClipCloses = 31, "clip_closes";
+        /// Place of that clip along the tube.
+        ClipAlong = 32, "clip_along";
     }
 }
 

@@ -20,16 +20,18 @@ pub enum AlarmKind {
     Crushed,
     /// A clip closed with no tissue in it.
     ClipLost,
-    /// A clip closed on a structure that must not be clipped.
+    /// A clip closed on a structure that must not be clipped, or on cystic duct and artery at once.
     ClipMisplaced,
+    /// A clip on cystic duct or artery leaves a part of it open, so it does not count.
+    ClipOpen,
     /// Cystic duct or artery was clipped before the critical view of safety was achieved. Only the
     /// whole operation raises this alarm.
     TooEarly,
     /// A clip closed, or scissors divided a duct or vessel, outside the endoscope's picture. It
     /// names no organ, because nobody saw one.
     Unseen,
-    /// Cystic duct or artery was torn, or was divided and not closed by enough tight clips. Every
-    /// task except free practice fails.
+    /// Cystic duct or artery was divided and not closed by enough tight clips. Every task except free
+    /// practice fails.
     Unclamped,
 }
 
@@ -46,6 +48,7 @@ impl AlarmKind {
             Self::Crushed => "crushed",
             Self::ClipLost => "clip_lost",
             Self::ClipMisplaced => "clip_misplaced",
+            Self::ClipOpen => "clip_open",
             Self::TooEarly => "too_early",
             Self::Unseen => "unseen",
             Self::Unclamped => "unclamped",
@@ -85,6 +88,7 @@ impl Alarm {
             AlarmKind::Crushed => format!("crushed {organ}: loosen the grip"),
             AlarmKind::ClipLost => "closed a clip with no tissue in it".to_owned(),
             AlarmKind::ClipMisplaced => format!("misplaced a clip on {organ}"),
+            AlarmKind::ClipOpen => format!("closed a clip that leaves a part of {organ} open"),
             AlarmKind::TooEarly => {
                 format!("clipped {organ} before the critical view was achieved")
             }

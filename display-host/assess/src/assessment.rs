@@ -21,7 +21,7 @@ use crate::vector::{Vec3, axis, distance, looking_off, wide};
 use crate::view::Cvs;
 
 /// Version of the metrics' definitions and of the tasks' built-in requirements.
-pub const VERSION: u32 = 16;
+pub const VERSION: u32 = 17;
 /// Least task number in `CommandMsg::START` at which the controller has cleared the triangle.
 const START_CLAMP: u8 = 2;
 /// Largest number of alarms that are kept. The same limit holds for moments and for acts.
@@ -156,6 +156,8 @@ pub struct Assessment {
     /// Number that the next event should have. `None` before the first event.
     next_event: Option<u64>,
     lost_events: u64,
+    /// Counted time at which all steps but the collection of stones were done, s.
+    collects_since_s: Option<f64>,
     over: Option<(Outcome, Vec<Reason>)>,
 }
 
@@ -183,6 +185,7 @@ impl Assessment {
             is_prepared: false,
             next_event: None,
             lost_events: 0,
+            collects_since_s: None,
             over: None,
         }
     }
@@ -244,6 +247,7 @@ impl Assessment {
         self.paths = [Vec::new(), Vec::new()];
         self.began_ns = None;
         self.lost_events = 0;
+        self.collects_since_s = None;
     }
 
     fn seconds(&self, at_ns: u64) -> f64 {
@@ -341,6 +345,12 @@ impl Assessment {
             self.over = Some((Outcome::Failed, vec![why]));
             return;
         }
+        let collects = |step: &Step| matches!(step, Step::Collect { .. });
+        let is_done = |(step, done): &(Step, bool)| *done || collects(step);
+        self.collects_since_s = match self.steps().iter().all(is_done) {
+            true => self.collects_since_s.or(Some(time_s)),
+            false => None,
+        };
         let steps = self.steps();
         if !steps.is_empty() && steps.iter().all(|(_, done)| *done) {
             let values = self.values();
@@ -357,8 +367,18 @@ impl Assessment {
 
     fn steps(&self) -> Vec<(Step, bool)> {
         let at_s = self.tally.time_s();
-        self.procedure
-            .steps(at_s, &self.anatomy, &self.rules, &self.tally)
+        let mut steps = self
+            .procedure
+            .steps(at_s, &self.anatomy, &self.rules, &self.tally);
+        let left = self.tally.stones_left();
+        if left > 0 && !steps.is_empty() {
+            let wait_s = self.rules.done.collect_s;
+            let is_over = self
+                .collects_since_s
+                .is_some_and(|since_s| at_s - since_s >= wait_s);
+            steps.push((Step::Collect { left }, is_over));
+        }
+        steps
     }
 
     fn values(&self) -> Values {
@@ -441,8 +461,8 @@ impl Assessment {
         }
     }
 
-    /// Ends the assessment. A task that is not over is aborted and scores 0. Free practice is never
-    /// aborted, and keeps its score.
+    /// Ends the assessment. A task that is not over is aborted and scores 0. It has failed if an
+    /// injury rules out a pass. Free practice is never aborted, and keeps its score.
     #[must_use]
     pub fn end(self) -> Assessed {
         let metrics = self.values();
@@ -453,7 +473,14 @@ impl Assessment {
             _ => {
                 let open = steps.iter().filter(|(_, done)| !done);
                 let open = open.map(|(step, _)| Reason::NotDone { step: step.clone() });
-                (Outcome::Aborted, open.collect())
+                let injuries = self.procedure.serious().map(Reason::injured);
+                let mut reasons: Vec<Reason> = injuries.collect();
+                let outcome = match reasons.is_empty() {
+                    true => Outcome::Aborted,
+                    false => Outcome::Failed,
+                };
+                reasons.extend(open);
+                (outcome, reasons)
             }
         });
         let has_view = !matches!(self.task, Task::Scope | Task::Basics | Task::Phantom);

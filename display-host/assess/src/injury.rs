@@ -2,7 +2,8 @@
 //!
 //! Scissors, current or traction open a tube. It counts as opened if it is divided, if its wall is
 //! burnt through, or if half of the wall is torn, cut or burnt. Less heat only coagulates the wall.
-//! For scale: 1 J heats 10 mm³ of tissue to 63 °C.
+//! For scale: 1 J heats 10 mm³ of tissue to 63 °C. Bile duct and hepatic artery are also injured by
+//! a clip, and by traction that tears a part of them or of what holds them.
 //!
 //! A burn without a hole is judged by its energy, the heat that the organ has taken anywhere, and
 //! by its depth, from the heat at one place. A place is a disc of 1.5 mm radius, as for the
@@ -31,6 +32,10 @@ pub enum InjuryKind {
     Divided,
     /// A wall was burnt through, or a tube was torn, cut or burnt half through.
     Perforated,
+    /// A part of a tube was torn, or torn off its bed or another organ.
+    Torn,
+    /// A clip was closed on a tube.
+    Clipped,
     /// A wall took more heat than it survives.
     Burnt,
 }
@@ -40,6 +45,8 @@ impl fmt::Display for InjuryKind {
         to.write_str(match self {
             Self::Divided => "divided",
             Self::Perforated => "perforated",
+            Self::Torn => "torn in part",
+            Self::Clipped => "clipped",
             Self::Burnt => "burnt more than its wall survives",
         })
     }
@@ -55,6 +62,8 @@ pub enum Cause {
     Torn,
     /// Current.
     Burnt,
+    /// A clip.
+    Clipped,
 }
 
 impl fmt::Display for Cause {
@@ -63,6 +72,7 @@ impl fmt::Display for Cause {
             Self::Cut => "scissors",
             Self::Torn => "traction",
             Self::Burnt => "current",
+            Self::Clipped => "clip",
         })
     }
 }
@@ -153,6 +163,24 @@ impl Injuries {
         self.note(index, injury);
     }
 
+    /// Notes that the organ with this index and name was harmed and stays closed: torn in part, or
+    /// clipped. It counts where an opened organ ends the task, and rules out a pass.
+    pub(crate) fn harm(
+        &mut self,
+        at_s: f64,
+        what: (InjuryKind, Cause),
+        organ: (u32, &str),
+        rule: &InjuryRule,
+    ) {
+        if rule.open == Severity::Grave {
+            let serious = InjuryRule {
+                open: Severity::Serious,
+                ..rule.clone()
+            };
+            self.open(at_s, what, organ, &serious);
+        }
+    }
+
     /// Adds heat, at a place, to the organ with this index and name. Notes a burn if the organ's
     /// heat or the depth at one place reaches the rule's limit. Returns true if this place is now
     /// coagulated as deep as the limit, or deeper.
@@ -228,8 +256,13 @@ impl Injuries {
         [here_j, places.map(|it| it.2).fold(0.0, f64::max)]
     }
 
-    /// Keeps an injury, unless the organ already has one of its kind.
+    /// Keeps an injury, unless the organ already has one of its kind. An organ that tears and then
+    /// opens has one injury, the opening.
     fn note(&mut self, index: u32, injury: Injury) {
+        if injury.kind != InjuryKind::Torn && injury.cause == Cause::Torn {
+            self.found
+                .retain(|(organ, it)| *organ != index || it.kind != InjuryKind::Torn);
+        }
         let mut found = self.found.iter();
         if !found.any(|(organ, it)| *organ == index && it.kind == injury.kind) {
             self.found.push((index, injury));

@@ -63,6 +63,8 @@ pub(crate) struct Procedure {
     press_wrong_max_n: f64,
     /// Clips on the two vessels before the critical view was achieved.
     clips_early: u32,
+    /// Clips on both vessels at once.
+    clips_on_both: u32,
     /// Clips and divisions outside the picture that have raised an alarm.
     acts_unseen: u32,
     burns_wrong: u32,
@@ -99,6 +101,7 @@ impl Procedure {
             touches_wrong: 0,
             press_wrong_max_n: 0.0,
             clips_early: 0,
+            clips_on_both: 0,
             acts_unseen: 0,
             burns_wrong: 0,
             burn_wrong_j: 0.0,
@@ -237,6 +240,10 @@ impl Procedure {
             (Metric::CvsTwo, whole as f64 / 2.0),
             (Metric::ViewsHeld, held as f64),
             (Metric::ScopeSway, self.drill.sway_mm_s()),
+            (
+                Metric::ClipsMisplaced,
+                values.get(Metric::ClipsMisplaced) + f64::from(self.clips_on_both),
+            ),
         ] {
             values.set(metric, value);
         }

@@ -78,6 +78,7 @@ impl Default for Rules {
                 settle_s: 2.0,
                 leak: 0.0,
                 look_s: 1.0,
+                collect_s: 0.0,
             },
             view: None,
             show: ShowRule {
@@ -193,6 +194,10 @@ impl Rules {
                 settle_s: check.number("settle_s", &done.settle_s, 0.0..=60.0)?,
                 leak: share("leak", &done.leak)?,
                 look_s: check.number("look_s", &done.look_s, 0.1..=60.0)?,
+                collect_s: match &done.collect_s {
+                    Some(collect_s) => check.number("collect_s", collect_s, 0.0..=600.0)?,
+                    None => 0.0,
+                },
             },
             view: (file.view.as_ref())
                 .map(|view| check.view(view))

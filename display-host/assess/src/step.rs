@@ -74,6 +74,11 @@ pub enum Step {
         /// The organ's name in the scene.
         organ: String,
     },
+    /// Pick up the stones that spilled. The step also ends after the time that the rules give.
+    Collect {
+        /// Number of stones that lie in the body.
+        left: u32,
+    },
 }
 
 impl fmt::Display for Step {
@@ -99,6 +104,7 @@ impl fmt::Display for Step {
             Self::Touch { organ } => write!(to, "Touch the {organ}"),
             Self::Carry { organ, to: goal } => write!(to, "Carry the {organ} to the {goal}"),
             Self::Clear { organ } => write!(to, "Take some of the {organ} away"),
+            Self::Collect { left } => write!(to, "Pick up the spilled stones, {left} left"),
         }
     }
 }
@@ -108,9 +114,11 @@ impl Step {
     /// nothing to do.
     pub(crate) fn instrument(&self) -> Option<Instrument> {
         match self {
-            Self::Hang { .. } | Self::Grasp { .. } | Self::Touch { .. } | Self::Carry { .. } => {
-                Some(Instrument::Grasper)
-            }
+            Self::Hang { .. }
+            | Self::Grasp { .. }
+            | Self::Touch { .. }
+            | Self::Carry { .. }
+            | Self::Collect { .. } => Some(Instrument::Grasper),
             Self::Triangle | Self::LowerBed | Self::Free | Self::Coagulate | Self::Clear { .. } => {
                 Some(Instrument::Hook)
             }

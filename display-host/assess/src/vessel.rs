@@ -13,21 +13,32 @@ const LEAKS_MAX: usize = 64;
 #[derive(Debug, Clone, Copy)]
 struct Clip {
     number: u32,
+    /// The tip of the applier, m.
     at_m: Vec3,
+    lies: Lies,
+}
+
+/// Seat of a clip. Older sessions do not say it.
+#[derive(Debug, Clone, Copy, Default)]
+struct Lies {
+    /// Place along the vessel at rest, m.
+    along_m: Option<f64>,
+    /// It leaves a part of the vessel open.
+    is_open: bool,
 }
 
 /// State of one of the two vessels.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Vessel {
     clips: Vec<Clip>,
+    /// Seat of the next clip.
+    next: Lies,
     /// Clips present when the task began.
     pub(crate) given: usize,
     /// Time of the vessel's first division, s, and the number of clips on it at that time.
     pub(crate) divided: Option<(f64, usize)>,
     /// The vessel was divided with clips on it that do not close both sides.
     pub(crate) one_sided: bool,
-    /// The division has been judged.
-    is_judged: bool,
     /// Positions of the vessel's leaks, m, and their flows. All events of a leak have one position.
     leaking: Vec<(Vec3, f64)>,
     /// An instructor opened the vessel. What stops its bleeding then is no error.
@@ -41,10 +52,27 @@ pub(crate) struct Vessel {
 }
 
 impl Vessel {
-    pub(crate) fn clip(&mut self, number: u32, at_m: Vec3) {
+    /// Takes a clip. Returns true if it leaves a part of the vessel open.
+    pub(crate) fn clip(&mut self, number: u32, at_m: Vec3) -> bool {
         self.touched |= !self.opened;
-        if self.clips.iter().all(|clip| clip.number != number) {
-            self.clips.push(Clip { number, at_m });
+        let lies = core::mem::take(&mut self.next);
+        if !self.has_clip(number) {
+            self.clips.push(Clip { number, at_m, lies });
+        }
+        lies.is_open
+    }
+
+    /// True if this clip is on the vessel.
+    pub(crate) fn has_clip(&self, number: u32) -> bool {
+        self.clips.iter().any(|clip| clip.number == number)
+    }
+
+    /// Takes what an event says about the next clip.
+    pub(crate) fn clip_will(&mut self, seat: &Event, leak: f64) {
+        match *seat {
+            Event::ClipCloses { share } => self.next.is_open = 1.0 - f64::from(share) > leak,
+            Event::ClipAlong { along_m } => self.next.along_m = Some(along_m.into()),
+            _ => {}
         }
     }
 
@@ -68,17 +96,16 @@ impl Vessel {
         self.opened || self.unclipped
     }
 
+    /// Number of clips that close the vessel.
     pub(crate) fn clips(&self) -> usize {
-        self.given + self.clips.len()
+        self.given + self.clips.iter().filter(|clip| !clip.lies.is_open).count()
     }
 
-    /// Records a division. `is_closed` is true if clips close both sides. It is `None` for a tear:
-    /// the later event of the division states it.
-    pub(crate) fn divide(&mut self, at_s: f64, is_closed: Option<bool>) {
+    /// Records a division. `is_closed` is true if clips close both sides.
+    pub(crate) fn divide(&mut self, at_s: f64, is_closed: bool) {
         let clips = self.clips();
-        let (_, clips) = *self.divided.get_or_insert((at_s, clips));
-        if let (Some(is_closed), false) = (is_closed, self.is_judged) {
-            self.is_judged = true;
+        if self.divided.is_none() {
+            self.divided = Some((at_s, clips));
             self.one_sided = clips > 0 && !is_closed;
         }
     }
@@ -107,9 +134,18 @@ impl Vessel {
         pairs.min_by(f64::total_cmp)
     }
 
-    /// Room for the cut: largest distance between neighbouring clips, along the line through the
-    /// farthest two, m. Clips that close one side may lie close together.
+    /// Room for the cut: largest distance between neighbouring clips along the vessel at rest, m.
+    /// Clips that close one side may lie close together. Older sessions have the applier's places
+    /// alone: there it is the distance along the line through the farthest two.
     pub(crate) fn room_m(&self) -> Option<f64> {
+        let places: Option<Vec<f64>> = self.clips.iter().map(|clip| clip.lies.along_m).collect();
+        match places {
+            Some(places) => widest_gap(places),
+            None => self.room_of_applier_m(),
+        }
+    }
+
+    fn room_of_applier_m(&self) -> Option<f64> {
         let pairs = self.clips.iter().enumerate().flat_map(|(number, a)| {
             let others = self.clips.iter().skip(number + 1);
             others.map(move |b| (distance(a.at_m, b.at_m), a, b))
@@ -117,15 +153,21 @@ impl Vessel {
         let (length_m, from, to) = pairs.max_by(|one, other| one.0.total_cmp(&other.0))?;
         let along = sub(to.at_m, from.at_m).map(|x| x / length_m.max(1e-9));
         let places = self.clips.iter();
-        let mut places: Vec<f64> = places
-            .map(|clip| dot(sub(clip.at_m, from.at_m), along))
-            .collect();
-        places.sort_by(f64::total_cmp);
-        let gaps = places.iter().zip(places.iter().skip(1));
-        gaps.map(|(one, next)| next - one).max_by(f64::total_cmp)
+        widest_gap(
+            places
+                .map(|clip| dot(sub(clip.at_m, from.at_m), along))
+                .collect(),
+        )
     }
 
     pub(crate) fn is_whole(&self) -> bool {
         self.divided.is_none() && !self.injured
     }
+}
+
+/// Largest gap between neighbours of these places.
+fn widest_gap(mut places: Vec<f64>) -> Option<f64> {
+    places.sort_by(f64::total_cmp);
+    let gaps = places.iter().zip(places.iter().skip(1));
+    gaps.map(|(one, next)| next - one).max_by(f64::total_cmp)
 }

@@ -138,6 +138,12 @@ pub enum EventKind {
     StoneDropped,
     /// A stone is out of the body, drawn out by the jaws or sucked off; value: its number.
     StoneRetrieved,
+    /// Precedes the `Clip` of the same clip and organ; value: share of the tube's lumen that the
+    /// clip closes, 0 to 1.
+    ClipCloses,
+    /// Precedes the `Clip` of the same clip and organ; value: place of the clip along the tube at
+    /// rest, from its end with the lowest sphere, m.
+    ClipAlong,
 }
 
 /// An event of one tick. [`crate::sim::TickView`] has the tick's number and time.

@@ -200,6 +200,8 @@ fn kind(kind: EventKind) -> MessageKind {
         EventKind::StoneHeld => MessageKind::StoneHeld,
         EventKind::StoneDropped => MessageKind::StoneDropped,
         EventKind::StoneRetrieved => MessageKind::StoneRetrieved,
+        EventKind::ClipCloses => MessageKind::ClipCloses,
+        EventKind::ClipAlong => MessageKind::ClipAlong,
     }
 }
 

@@ -173,6 +173,16 @@ pub enum Event {
         /// The stone's number, from 0.
         stone: u32,
     },
+    /// The clip of the next [`Event::Clip`] of this organ closes so much of the tube.
+    ClipCloses {
+        /// Share of the lumen, 0 to 1.
+        share: f32,
+    },
+    /// The clip of the next [`Event::Clip`] of this organ lies here.
+    ClipAlong {
+        /// Place along the tube at rest, m. Its zero is one end of the tube, always the same.
+        along_m: f32,
+    },
 }
 
 /// An event that cannot be decoded.
@@ -242,6 +252,8 @@ impl EventMsg {
             EventKind::StoneHeld => Event::StoneHeld { stone: number()? },
             EventKind::StoneDropped => Event::StoneDropped { stone: number()? },
             EventKind::StoneRetrieved => Event::StoneRetrieved { stone: number()? },
+            EventKind::ClipCloses => Event::ClipCloses { share: value },
+            EventKind::ClipAlong => Event::ClipAlong { along_m: value },
         })
     }
 

@@ -6,7 +6,7 @@ use shared_mem::scene::OrganKind;
 use super::{Procedure, VESSELS, Wrong};
 use crate::alarm::{Alarm, AlarmKind};
 use crate::anatomy::Anatomy;
-use crate::injury::InjuryKind;
+use crate::injury::{Cause, InjuryKind};
 use crate::rules::Rules;
 use crate::tally::{Tally, is_target};
 use crate::task::Task;
@@ -84,6 +84,11 @@ impl Procedure {
             }
             Ok(Event::Seared { .. }) => alarms.extend(self.sear(&act)),
             Ok(Event::Clip { number }) => alarms.extend(self.clip(&act, number)),
+            Ok(seat @ (Event::ClipCloses { .. } | Event::ClipAlong { .. })) => {
+                if let Some(vessel) = self.vessel_of(&act) {
+                    vessel.clip_will(&seat, rules.done.leak);
+                }
+            }
             // An instructor did it, so it is no error. Its consequences are no errors either.
             Ok(complication @ (Event::Opened { .. } | Event::Unclipped { .. })) => {
                 if let Some(vessel) = self.vessel_of(&act) {
@@ -157,26 +162,36 @@ impl Procedure {
         counts.then_some(AlarmKind::Burnt)
     }
 
-    fn clip(&mut self, act: &Act<'_>, number: u32) -> Option<AlarmKind> {
+    fn clip(&mut self, act: &Act<'_>, number: u32) -> Vec<AlarmKind> {
         let Some(which) = act.vessel else {
             return match act.kind {
-                None => Some(AlarmKind::ClipLost),
-                Some(_) if is_target(act.kind) => None,
-                Some(_) => Some(AlarmKind::ClipMisplaced),
+                None => vec![AlarmKind::ClipLost],
+                Some(_) if is_target(act.kind) => Vec::new(),
+                Some(_) => vec![AlarmKind::ClipMisplaced],
             };
         };
         let is_early = self.task == Task::Full && !self.had_view && !act.is_opened;
         self.clips_early += u32::from(is_early);
-        if let Some(vessel) = self.vessels.get_mut(which) {
-            vessel.clip(number, wide(act.event.at_m));
-        }
-        is_early.then_some(AlarmKind::TooEarly)
+        let is_on_both = (self.vessels.iter().enumerate())
+            .any(|(other, vessel)| other != which && vessel.has_clip(number));
+        self.clips_on_both += u32::from(is_on_both);
+        let at_m = wide(act.event.at_m);
+        let vessel = self.vessels.get_mut(which);
+        let is_open = vessel.is_some_and(|vessel| vessel.clip(number, at_m));
+        [
+            is_early.then_some(AlarmKind::TooEarly),
+            is_on_both.then_some(AlarmKind::ClipMisplaced),
+            is_open.then_some(AlarmKind::ClipOpen),
+        ]
+        .into_iter()
+        .flatten()
+        .collect()
     }
 
     fn divided(&mut self, act: &Act<'_>, open: f64) -> Option<AlarmKind> {
         let is_closed = open <= act.rules.done.leak;
         let vessel = self.vessel_of(act)?;
-        vessel.divide(act.at_s, Some(is_closed));
+        vessel.divide(act.at_s, is_closed);
         let clips = vessel.clips();
         let is_clamped = clips >= act.rules.done.clips && is_closed;
         (!is_clamped && self.is_unclamped(act)).then_some(AlarmKind::Unclamped)
@@ -202,12 +217,9 @@ impl Procedure {
             self.tears += 1;
             alarms.push(AlarmKind::Torn);
         }
+        // A torn attachment leaves the vessel closed: its division has an event of its own.
         if let Some(vessel) = self.vessel_of(act) {
-            vessel.divide(act.at_s, None);
             vessel.injured = true;
-            if self.is_unclamped(act) {
-                alarms.push(AlarmKind::Unclamped);
-            }
         }
         alarms
     }
@@ -220,9 +232,8 @@ impl Procedure {
         (leaks && self.is_unclamped(act)).then_some(AlarmKind::Unclamped)
     }
 
-    /// Notes an injury that an event shows. A torn or cut suture or band has the event of a tear or
-    /// cut, and the event names an organ that it holds. So these events are left out. The division
-    /// of a tube has an event of its own. Returns true for heat at a place that is burnt too deep.
+    /// Notes an injury that an event shows. The division of a tube has an event of its own. Returns
+    /// true for heat at a place that is burnt too deep.
     fn find_injury(
         &mut self,
         at_s: f64,
@@ -247,6 +258,15 @@ impl Procedure {
             Ok(Event::Perforation { .. }) => {
                 let what = (InjuryKind::Perforated, cause);
                 self.injuries.open(at_s, what, organ, rule);
+            }
+            // Also an attachment of the tube that tears, or a band that holds it.
+            Ok(Event::Tear { .. }) => {
+                let what = (InjuryKind::Torn, Cause::Torn);
+                self.injuries.harm(at_s, what, organ, rule);
+            }
+            Ok(Event::Clip { .. }) => {
+                let what = (InjuryKind::Clipped, Cause::Clipped);
+                self.injuries.harm(at_s, what, organ, rule);
             }
             Ok(Event::Burn { energy_j }) => {
                 let heat = (f64::from(energy_j).max(0.0), wide(event.at_m));

@@ -65,7 +65,8 @@ impl Procedure {
             | Step::Grasp { .. }
             | Step::Touch { .. }
             | Step::Carry { .. }
-            | Step::Clear { .. } => None,
+            | Step::Clear { .. }
+            | Step::Collect { .. } => None,
         }
     }
 }

@@ -22,13 +22,14 @@ const fn rank(kind: AlarmKind) -> u8 {
         AlarmKind::Perforated => 1,
         AlarmKind::Torn => 2,
         AlarmKind::Cut => 3,
-        AlarmKind::Burnt => 4,
-        AlarmKind::TooEarly => 5,
-        AlarmKind::Unseen => 6,
-        AlarmKind::ClipMisplaced => 7,
-        AlarmKind::Crushed => 8,
-        AlarmKind::Touched => 9,
-        AlarmKind::ClipLost => 10,
+        AlarmKind::ClipMisplaced => 4,
+        AlarmKind::Burnt => 5,
+        AlarmKind::TooEarly => 6,
+        AlarmKind::Unseen => 7,
+        AlarmKind::ClipOpen => 8,
+        AlarmKind::Crushed => 9,
+        AlarmKind::Touched => 10,
+        AlarmKind::ClipLost => 11,
     }
 }
 
@@ -61,11 +62,15 @@ impl Lesson {
 }
 
 /// Id of the message that says how to avoid an error, by the kind's name in `summary.json` and the
-/// organ. The board of the drills has a message of its own, because nobody can draw it aside.
+/// organ. The board of the drills has a message of its own, because nobody can draw it aside, and
+/// so has an opened tube, which has no plane beside it as the gallbladder has.
 #[must_use]
 pub fn advice(kind: &str, organ: Option<&str>) -> String {
     match (kind, organ) {
         ("touched", Some("board")) => "advice-touched-board".to_owned(),
+        ("perforated", Some(organ)) if organ != "gallbladder" => {
+            "advice-perforated-other".to_owned()
+        }
         _ => format!("advice-{}", kind.replace('_', "-")),
     }
 }

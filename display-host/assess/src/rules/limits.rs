@@ -30,6 +30,8 @@ pub(crate) struct Done {
     pub(crate) leak: f64,
     /// Time for which an organ or the tip must be held in the picture, s.
     pub(crate) look_s: f64,
+    /// Time that a task goes on after its last step while spilled stones lie in the body, s.
+    pub(crate) collect_s: f64,
 }
 
 /// Time limit, pass rules and penalties of a task.

@@ -58,6 +58,8 @@ pub(super) struct Done {
     pub(super) settle_s: Spanned<f64>,
     pub(super) leak: Spanned<f64>,
     pub(super) look_s: Spanned<f64>,
+    /// `None` in older files: a task ends with its last step.
+    pub(super) collect_s: Option<Spanned<f64>>,
 }
 
 #[derive(Deserialize)]

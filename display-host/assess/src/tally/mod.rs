@@ -325,6 +325,12 @@ impl Tally {
         self.force.histogram()
     }
 
+    /// Number of spilled stones that are still in the body.
+    pub(crate) fn stones_left(&self) -> u32 {
+        let [spilled, retrieved] = &self.stones;
+        spilled.len().saturating_sub(retrieved.len()) as u32
+    }
+
     /// The metrics counted here; procedure and assessment set the rest.
     pub(crate) fn values(&self, anatomy: &Anatomy) -> Values {
         let mut values = Values::none();

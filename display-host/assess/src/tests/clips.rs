@@ -27,7 +27,9 @@ fn clips_that_are_lost_or_misplaced_raise_alarms_and_cost_points() {
     let mut assessment = begin(Task::Clamp);
     rest(&mut assessment, 0.0, 0.1);
     clip(&mut assessment, 0.1, NOTHING, 0.0, 9.0);
-    clip(&mut assessment, 0.2, BILE_DUCT, 0.0, 8.0);
+    // A clip on duct and artery at once.
+    clip(&mut assessment, 0.2, DUCT, 0.0, 8.0);
+    clip(&mut assessment, 0.2, ARTERY, 0.0, 8.0);
     clip_both(&mut assessment);
     let assessed = assessment.end();
     assert_eq!(
@@ -58,6 +60,76 @@ fn clips_that_are_lost_or_misplaced_raise_alarms_and_cost_points() {
         report["steps"][0],
         serde_json::json!(["Place 2 clips on the cystic duct", true])
     );
+}
+
+/// Closes a clip by a controller that says how much of the vessel it closes, and where.
+fn close(assessment: &mut Assessment, organ: u32, number: f32, [share, along_m]: [f32; 2]) {
+    for (kind, value) in [
+        (EventKind::ClipCloses, share),
+        (EventKind::ClipAlong, along_m),
+    ] {
+        assessment.take(&event(0.1, kind.number(), organ, 0.0, value));
+    }
+    clip(assessment, 0.1, organ, 0.0, number);
+}
+
+#[test]
+fn a_clip_that_leaves_a_part_open_does_not_count() {
+    let mut assessment = begin(Task::Clamp);
+    rest(&mut assessment, 0.0, 0.1);
+    close(&mut assessment, DUCT, 0.0, [1.0, 0.010]);
+    close(&mut assessment, DUCT, 1.0, [0.6, 0.015]);
+    close(&mut assessment, ARTERY, 2.0, [1.0, 0.010]);
+    close(&mut assessment, ARTERY, 3.0, [1.0, 0.015]);
+    assert!(!assessment.is_over());
+    close(&mut assessment, DUCT, 4.0, [0.99, 0.016]);
+    let assessed = assessment.end();
+    assert_eq!(assessed.outcome, Outcome::Passed, "{:?}", assessed.reasons);
+    assert_eq!(kinds(&assessed), [AlarmKind::ClipOpen]);
+    is(assessed.metrics.get(Metric::ClipsDuct), 2.0);
+}
+
+#[test]
+fn room_is_measured_along_the_vessel_and_not_where_the_applier_was() {
+    for (gap_m, passes) in [(0.0005, false), (0.004, true)] {
+        let mut assessment = begin(Task::Clamp);
+        rest(&mut assessment, 0.0, 0.1);
+        for (organ, first) in [(DUCT, 0.0), (ARTERY, 2.0)] {
+            close(&mut assessment, organ, first, [1.0, 0.010]);
+            close(&mut assessment, organ, first + 1.0, [1.0, 0.010 + gap_m]);
+        }
+        let assessed = assessment.end();
+        let room_mm = assessed.metrics.get(Metric::ClipRoom);
+        assert!((room_mm - f64::from(gap_m) * 1e3).abs() < 1e-3, "{room_mm}");
+        assert_eq!(assessed.outcome == Outcome::Passed, passes);
+    }
+}
+
+#[test]
+fn a_clip_on_duct_and_artery_at_once_is_misplaced() {
+    let mut assessment = begin(Task::Clamp);
+    rest(&mut assessment, 0.0, 0.1);
+    for (number, x_m) in [(0.0, 0.0), (1.0, 0.004)] {
+        clip(&mut assessment, 0.1, DUCT, x_m, number);
+        clip(&mut assessment, 0.1, ARTERY, x_m, number);
+    }
+    let assessed = assessment.end();
+    assert_eq!(kinds(&assessed), [AlarmKind::ClipMisplaced; 2]);
+    is(assessed.metrics.get(Metric::ClipsMisplaced), 2.0);
+    assert_eq!(assessed.outcome, Outcome::Failed);
+}
+
+/// An attachment of the cystic duct may tear while the duct itself stays closed.
+#[test]
+fn a_tear_at_the_cystic_duct_is_an_error_and_its_division_ends_the_task() {
+    let mut assessment = begin(Task::Disconnect);
+    rest(&mut assessment, 0.0, 0.1);
+    assessment.take(&event(0.1, EventKind::Tear.number(), DUCT, 0.0, 0.001));
+    assert!(!assessment.is_over());
+    assert_eq!(assessment.alarms()[0].kind, AlarmKind::Torn);
+    assessment.take(&event(0.2, EventKind::Divided.number(), DUCT, 0.0, 1.0));
+    assert!(assessment.is_over());
+    assert_eq!(assessment.status().reasons, [unclamped("cystic duct")]);
 }
 
 #[test]

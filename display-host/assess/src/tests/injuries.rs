@@ -175,11 +175,68 @@ fn a_bile_duct_that_heat_destroyed_from_beside_rules_out_a_pass() {
 
 /// Bands of fat hold bile duct and liver. Their events name one of the two.
 #[test]
-fn a_torn_or_cut_band_is_no_injury() {
-    for kind in [EventKind::Tear, EventKind::Cut] {
-        let assessment = clamp_after(&event(0.1, kind.number(), BILE_DUCT, 0.0, 0.001));
-        assert!(assessment.end().injuries.is_empty(), "{kind:?}");
+fn a_cut_band_is_no_injury() {
+    let cut = event(0.1, EventKind::Cut.number(), BILE_DUCT, 0.0, 0.001);
+    assert!(clamp_after(&cut).end().injuries.is_empty());
+}
+
+#[test]
+fn a_tear_at_bile_duct_or_hepatic_artery_rules_out_a_pass_and_one_at_the_bowel_does_not() {
+    for (organ, is_injury) in [(BILE_DUCT, true), (HEPATIC, true), (BOWEL, false)] {
+        let tear = event(0.1, EventKind::Tear.number(), organ, 0.0, 0.001);
+        let mut rules = Rules::built_in().to_owned();
+        // As in the whole operation, where one tear is allowed.
+        rules = rules.replace(
+            "{ metric = \"tears\", at_most = 0.0 }",
+            "{ metric = \"tears\", at_most = 1.0 }",
+        );
+        let rules = Rules::parse(&rules).unwrap();
+        let mut assessment = Assessment::new(Task::Clamp, Difficulty::Trainee, rules, whole());
+        rest(&mut assessment, 0.0, 0.1);
+        assessment.take(&tear);
+        clip_both(&mut assessment);
+        let assessed = assessment.end();
+        let found: Vec<_> = assessed
+            .injuries
+            .iter()
+            .map(|it| (it.kind, it.severity))
+            .collect();
+        let torn = (InjuryKind::Torn, Severity::Serious);
+        assert_eq!(found, if is_injury { vec![torn] } else { vec![] });
+        assert_eq!(assessed.outcome == Outcome::Passed, !is_injury, "{organ}");
     }
+}
+
+#[test]
+fn a_clip_on_the_bile_duct_is_an_injury_and_the_first_lesson() {
+    let mut assessment = begin(Task::Clamp);
+    rest(&mut assessment, 0.0, 0.1);
+    clip(&mut assessment, 0.1, BILE_DUCT, 0.0, 7.0);
+    clip_both(&mut assessment);
+    let assessed = assessment.end();
+    let injury = &assessed.injuries[0];
+    assert_eq!(
+        (injury.kind, injury.cause, injury.severity),
+        (InjuryKind::Clipped, Cause::Clipped, Severity::Serious)
+    );
+    assert_eq!(assessed.outcome, Outcome::Failed);
+    assert!(assessed.score <= 20.0, "{}", assessed.score);
+}
+
+#[test]
+fn who_stops_after_an_injury_has_failed() {
+    let tear = event(0.1, EventKind::Tear.number(), BILE_DUCT, 0.0, 0.001);
+    let mut stopped = begin(Task::Full);
+    rest(&mut stopped, 0.0, 0.1);
+    stopped.take(&tear);
+    let assessed = stopped.end();
+    assert_eq!(assessed.outcome, Outcome::Failed);
+    let first = Reason::Injured {
+        organ: "bile duct".to_owned(),
+        injury: InjuryKind::Torn,
+    };
+    assert_eq!(assessed.reasons[0], first);
+    assert!(assessed.reasons.len() > 1, "and what was not done");
 }
 
 #[test]

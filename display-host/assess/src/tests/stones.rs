@@ -22,6 +22,7 @@ fn spill(taken: &[u32]) -> Assessed {
         assessment.take(&stone(0.1, EventKind::StoneRetrieved, *number));
     }
     clip_both(&mut assessment);
+    rest(&mut assessment, 1.0, 125.0);
     assessment.end()
 }
 
@@ -50,6 +51,39 @@ fn stones_left_behind_are_counted_and_cost_points() {
     is(lost(&spill(&[0, 2])), 9.0);
     let spills = all.moments.iter().filter(|it| it.what == "stone_spilled");
     assert_eq!(spills.count(), 5);
+}
+
+/// Spills a stone, clips both vessels, rests for this time, and takes the stone out if asked.
+fn clipped_over_a_stone(rests_s: f64, takes_it_out: bool) -> Assessment {
+    let mut assessment = begin(Task::Clamp);
+    rest(&mut assessment, 0.0, 0.1);
+    assessment.take(&stone(0.1, EventKind::StoneSpilled, 0));
+    clip_both(&mut assessment);
+    rest(&mut assessment, 1.0, 1.0 + rests_s);
+    if takes_it_out {
+        assessment.take(&stone(1.0 + rests_s, EventKind::StoneRetrieved, 0));
+    }
+    assessment
+}
+
+#[test]
+fn a_task_leaves_time_to_pick_up_stones_after_its_last_step() {
+    let waiting = clipped_over_a_stone(20.0, false);
+    assert!(!waiting.is_over());
+    let open: Vec<Step> = (waiting.status().steps.into_iter())
+        .filter(|(_, done)| !done)
+        .map(|(step, _)| step)
+        .collect();
+    assert_eq!(open, [Step::Collect { left: 1 }]);
+    assert_eq!(
+        clipped_over_a_stone(20.0, true).end().outcome,
+        Outcome::Passed
+    );
+    let late = clipped_over_a_stone(125.0, false);
+    assert!(late.is_over());
+    let late = late.end();
+    assert_eq!(late.outcome, Outcome::Passed);
+    is(late.metrics.get(Metric::StonesLeft), 1.0);
 }
 
 #[test]

@@ -70,7 +70,7 @@ impl Sketch {
         match step {
             Step::Show { .. } | Step::ShowView { .. } => Self::Camera,
             Step::Meet => Self::Meet,
-            Step::Hang { .. } | Step::Grasp { .. } => Self::Grasp,
+            Step::Hang { .. } | Step::Grasp { .. } | Step::Collect { .. } => Self::Grasp,
             Step::Clip { .. } => Self::Clip,
             Step::Divide { .. } => Self::Cut,
             Step::Triangle | Step::LeaveWhole | Step::Coagulate => Self::Current,

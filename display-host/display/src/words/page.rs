@@ -58,7 +58,7 @@ mod tests {
     use super::super::Language;
     use super::*;
 
-    const KINDS: [AlarmKind; 11] = [
+    const KINDS: [AlarmKind; 12] = [
         AlarmKind::Touched,
         AlarmKind::Burnt,
         AlarmKind::Cut,
@@ -67,6 +67,7 @@ mod tests {
         AlarmKind::Crushed,
         AlarmKind::ClipLost,
         AlarmKind::ClipMisplaced,
+        AlarmKind::ClipOpen,
         AlarmKind::TooEarly,
         AlarmKind::Unseen,
         AlarmKind::Unclamped,

@@ -43,6 +43,9 @@ impl Words {
                 self.say_with("step-carry", &[("organ", organ), ("goal", goal)])
             }
             Step::Clear { organ } => with_organ("step-clear", organ),
+            Step::Collect { left } => {
+                self.say_with("step-collect", &[("left", left.to_string().into())])
+            }
         }
     }
 
@@ -67,6 +70,7 @@ impl Words {
             Step::Touch { .. } => "place-touch",
             Step::Carry { .. } => "place-carry",
             Step::Clear { .. } => "place-clear",
+            Step::Collect { .. } => "place-collect",
         })
     }
 
@@ -155,6 +159,8 @@ impl Words {
                 let id = match injury {
                     InjuryKind::Divided => "reason-injured-divided",
                     InjuryKind::Perforated => "reason-injured-perforated",
+                    InjuryKind::Torn => "reason-injured-torn",
+                    InjuryKind::Clipped => "reason-injured-clipped",
                     InjuryKind::Burnt => "reason-injured-burnt",
                 };
                 self.say_with(id, &[("organ", self.organ(organ).into())])
@@ -250,6 +256,7 @@ mod tests {
                 to: organ(),
             },
             Step::Clear { organ: organ() },
+            Step::Collect { left: 3 },
         ];
         let tools = [
             Instrument::Grasper,

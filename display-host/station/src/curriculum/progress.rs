@@ -1,6 +1,6 @@
 //! A trainee's progress in a curriculum, and the task that comes next.
 
-use assess::{Difficulty, Outcome};
+use assess::{Difficulty, Metric, Outcome};
 use display_host::ui::launcher::{LevelView, ProgressView, TaskProgress};
 use display_host::words::{Language, Words};
 use store::{Hand, SessionRecord};
@@ -105,7 +105,9 @@ impl Aim {
         for session in sessions.iter().filter(|it| self.takes(it)) {
             found.sessions += 1;
             found.best = Some(found.best.map_or(session.score, |it| it.max(session.score)));
-            let is_pass = session.outcome == Outcome::Passed.name() && session.score >= self.score;
+            let is_pass = session.outcome == Outcome::Passed.name()
+                && session.score >= self.score
+                && !has_restarted(session);
             match (found.proficient, is_pass) {
                 // A proficient trainee stays proficient.
                 (true, _) => {}
@@ -120,8 +122,8 @@ impl Aim {
         found
     }
 
-    /// True for a person's session of this task with this difficulty or a harder one, unless the
-    /// recording broke off.
+    /// True for a person's session of this task with this difficulty or a harder one. A recording
+    /// that broke off counts in an exam only, so that nobody ends one that goes badly by its plug.
     fn takes(&self, session: &SessionRecord) -> bool {
         let rank = |of: Difficulty| Difficulty::ALL.iter().position(|it| *it == of);
         let given = Difficulty::from_name(&session.difficulty);
@@ -129,8 +131,15 @@ impl Aim {
         session.hand == Hand::Person
             && session.task == self.task.name()
             && given.is_some_and(|it| rank(it) >= rank(self.difficulty))
-            && outcomes.iter().any(|it| it.name() == session.outcome)
+            && (given == Some(Difficulty::Exam)
+                || outcomes.iter().any(|it| it.name() == session.outcome))
     }
+}
+
+/// True if the trainee began anew within the session: what went wrong before is not in its result.
+fn has_restarted(session: &SessionRecord) -> bool {
+    let restarts = session.metrics.get(Metric::Restarts.name());
+    restarts.is_some_and(|count| *count > 0.0)
 }
 
 impl AimProgress {
@@ -291,6 +300,18 @@ mod tests {
         assert_eq!(scope(&[pass(80.0), aborted, pass(80.0)]), (1, false));
         let cut_short = session("scope", "beginner", "cut-short", 0.0);
         assert_eq!(scope(&[pass(80.0), cut_short, pass(80.0)]), (2, true));
+    }
+
+    #[test]
+    fn a_pass_after_a_restart_and_an_exam_that_broke_off_end_the_row() {
+        let pass = || session("full", "exam", "passed", 90.0);
+        let full = |sessions: &[SessionRecord]| of(&progress(sessions), "full", "exam").0;
+        assert_eq!(full(&[pass()]), 1);
+        let metrics = BTreeMap::from([("restarts".to_owned(), 1.0)]);
+        let again = SessionRecord { metrics, ..pass() };
+        assert_eq!(full(&[pass(), again]), 0);
+        let cut_short = session("full", "exam", "cut-short", 0.0);
+        assert_eq!(full(&[pass(), cut_short]), 0);
     }
 
     #[test]

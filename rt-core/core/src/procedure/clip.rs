@@ -50,6 +50,16 @@ impl Clip {
     }
 }
 
+/// A clip that closes on a tube of an organ.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Closed {
+    pub(crate) organ: u8,
+    /// Share of the tube's lumen that it closes, 0 to 1.
+    pub(crate) share: f32,
+    /// Place along the tube at rest, from its end with the lowest sphere, m.
+    pub(crate) along_m: f32,
+}
+
 /// All clips of a session.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Clips {
@@ -91,15 +101,15 @@ impl Clips {
         between
     }
 
-    /// Closes the next clip on every tube between `jaws`, if a clip is left. `closed` receives each
-    /// organ with such a tube and the clip's number, or `None` and the number if there is no such
-    /// tube. O(beads).
+    /// Closes the next clip on every tube between `jaws`, if a clip is left. `closed` receives the
+    /// clip's number and each organ with such a tube, or no organ if there is no such tube.
+    /// O(beads).
     pub(crate) fn close(
         &mut self,
         jaws: &Jaws<'_>,
         scene: &Scene<'_>,
         bodies: &mut Bodies,
-        mut closed: impl FnMut(Option<u8>, u32),
+        mut closed: impl FnMut(u32, Option<Closed>),
     ) {
         if self.remaining() == 0 {
             return;
@@ -108,7 +118,7 @@ impl Clips {
         self.used += 1;
         let legs = jaws.world_from_instrument.rotation * -Vec3::z();
         for (organ, _) in (0u8..).zip(scene.organs) {
-            let mut is_clipped = false;
+            let mut clipped: Option<Closed> = None;
             for segment in bodies.beads.segments_of(organ) {
                 let (ends_m, radius_m) = segment_ends(&segment, bodies);
                 let is_whole = bodies.damage.intact_of_link(segment.link) > 0.0;
@@ -124,17 +134,24 @@ impl Clips {
                     legs,
                     link: segment.link,
                 };
-                is_clipped |= self.clips.push(clip).is_ok();
+                let is_kept = self.clips.push(clip).is_ok();
+                if is_kept && clipped.is_none_or(|it| it.share < clip.closed) {
+                    clipped = Some(Closed {
+                        organ,
+                        share: clip.closed,
+                        along_m: along_m(&segment, share, organ, (scene, bodies)),
+                    });
+                }
             }
-            if is_clipped {
-                closed(Some(organ), number);
+            if clipped.is_some() {
+                closed(number, clipped);
             }
         }
         for clip in self.clips.iter().skip(before) {
             squeeze(clip, bodies);
         }
         if self.clips.len() == before {
-            closed(None, number);
+            closed(number, None);
         }
     }
 
@@ -241,6 +258,32 @@ fn squeezed<'a>(clip: &Clip, bodies: &'a mut Bodies) -> &'a mut f32 {
 /// Thickness of a tube under a clip, relative to the open tube.
 fn thinned(clip: &Clip) -> f32 {
     1.0 - (1.0 - CLOSED_THICKNESS_SHARE) * clip.closed
+}
+
+/// Place along a tube at rest, m, from its end with the lowest sphere: spheres are numbered along a
+/// tube. `share` is the place along the segment, from its sphere `a`, 0, to `b`, 1. O(beads).
+fn along_m(
+    segment: &TubeSegment,
+    share: f32,
+    organ: u8,
+    (scene, bodies): (&Scene<'_>, &Bodies),
+) -> f32 {
+    let length_m = |it: &TubeSegment| {
+        let link = scene.links.get(it.link as usize);
+        link.map_or(0.0, |link| link.rest_length_m)
+    };
+    let first = segment.a.min(segment.b);
+    let before = |it: &TubeSegment| it.a.max(it.b) <= first;
+    let before_m: f32 = (bodies.beads.segments_of(organ))
+        .filter(before)
+        .map(|it| length_m(&it))
+        .sum();
+    let share = if segment.a == first {
+        share
+    } else {
+        1.0 - share
+    };
+    before_m + share * length_m(segment)
 }
 
 /// Ends of a segment of a tube, world frame, m, and the radius of the tube there, m.

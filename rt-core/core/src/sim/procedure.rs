@@ -135,13 +135,21 @@ impl Sim<'_> {
         }
         if starts_grasp {
             self.state.vessels.mark_changed();
-            self.clips.close(&jaws, scene, bodies, |organ, number| {
-                journal.raise(Event {
-                    kind: EventKind::Clip,
-                    organ: organ.map(u32::from),
-                    at_m,
-                    value: number as f32,
-                });
+            self.clips.close(&jaws, scene, bodies, |number, closed| {
+                let organ = closed.map(|it| u32::from(it.organ));
+                let mut raise = |kind, value| {
+                    journal.raise(Event {
+                        kind,
+                        organ,
+                        at_m,
+                        value,
+                    });
+                };
+                if let Some(closed) = closed {
+                    raise(EventKind::ClipCloses, closed.share);
+                    raise(EventKind::ClipAlong, closed.along_m);
+                }
+                raise(EventKind::Clip, number as f32);
             });
         }
     }

@@ -31,6 +31,17 @@ fn a_clip_before_the_cut_keeps_the_blood_in_and_scissors_do_not_cut_it() {
         "{clip:?}"
     );
     assert_eq!(clip.spheres, [7, 8]);
+    // Seven links lie before the clip's link.
+    let told = |kind| bench.events.iter().find(|it| it.kind == kind).unwrap();
+    let [closes, along] = [EventKind::ClipCloses, EventKind::ClipAlong].map(told);
+    assert!((closes.value - clip.closed).abs() < 1.0e-6, "{closes:?}");
+    let link_m = anatomy.links[0].rest_length_m;
+    let expected_m = (7.0 + clip.share) * link_m;
+    assert!(
+        (along.value - expected_m).abs() < 1.0e-5,
+        "{along:?} {expected_m}"
+    );
+    assert_eq!((closes.organ, along.organ), (Some(0), Some(0)));
     // Scissors on the clip itself, which is metal.
     let at_m = (bench.centers_m[7] + bench.centers_m[8]) * 0.5;
     use_instrument(

@@ -33,6 +33,8 @@ pub(super) fn injuries(page: &mut Page<'_>, chapter: &Chapter) {
             InjuryKind::Burnt if injury.severity == Severity::Minor => "injury-deep",
             InjuryKind::Divided => "injury-divided",
             InjuryKind::Perforated => "injury-perforated",
+            InjuryKind::Torn => "injury-torn",
+            InjuryKind::Clipped => "injury-clipped",
             InjuryKind::Burnt => "injury-burnt",
         });
         let measured = [(injury.heat_j, "J"), (injury.depth_mm, "mm")].into_iter();
@@ -44,6 +46,7 @@ pub(super) fn injuries(page: &mut Page<'_>, chapter: &Chapter) {
             Cause::Cut => "cause-cut",
             Cause::Torn => "cause-torn",
             Cause::Burnt => "cause-burnt",
+            Cause::Clipped => "cause-clipped",
         });
         let consequence = page.say(match injury.severity {
             Severity::Grave => "page-ends-task",
