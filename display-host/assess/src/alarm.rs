@@ -30,8 +30,8 @@ pub enum AlarmKind {
     /// A clip closed, or scissors divided a duct or vessel, outside the endoscope's picture. It
     /// names no organ, because nobody saw one.
     Unseen,
-    /// Cystic duct or artery was divided and not closed by enough tight clips. Every task except free
-    /// practice fails.
+    /// Cystic duct or artery was divided and not closed by enough tight clips. Every task except
+    /// free practice fails.
     Unclamped,
 }
 

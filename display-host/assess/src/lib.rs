@@ -24,9 +24,9 @@
 //! share of the worse side. The vessel counts as divided unclamped if that side is not closed, if
 //! it had too few clips, or if it leaks. The critical view of safety is achieved when enough of
 //! each region's cells is removed (`CellRecord::region`), and shown when the endoscope held it in
-//! its picture from both sides. The recorder measures the picture in identity images,
-//! which have the organ at each pixel ([`session::identity`]), so that the assessment needs no graphics card. An identity image shows
-//! the organs where they lay at its time, and the instrument among them.
+//! its picture from both sides. The recorder measures the picture in identity images, which have
+//! the organ at each pixel ([`session::identity`]), so that the assessment needs no graphics card.
+//! An identity image shows the organs where they lay at its time, and the instrument among them.
 //!
 //! The display's panel gets each alarm, the score and the end of the task as a `TaskView`. A
 //! `TaskView` names steps and reasons by their kind, so the display needs no rules.

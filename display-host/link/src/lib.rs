@@ -22,8 +22,8 @@
 //! # Trust
 //!
 //! Everything from the line is checked before use, as if anybody had sent it. Both sides
-//! authenticate each other by TLS 1.3 with certificates of one authority (`make_keys.sh`). One kind of
-//! certificate allows a station to serve, another allows a watcher to ask. Without certificates,
+//! authenticate each other by TLS 1.3 with certificates of one authority (`make_keys.sh`). One kind
+//! of certificate allows a station to serve, another allows a watcher to ask. Without certificates,
 //! both sides must run on the same computer.
 
 mod address;

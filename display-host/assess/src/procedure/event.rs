@@ -1,4 +1,4 @@
-//! What an event changes in a task: counts, injuries, alarms.
+//! Changes of a task by an event: counts, injuries, alarms.
 
 use shared_mem::message::{Event, EventMsg};
 use shared_mem::scene::OrganKind;

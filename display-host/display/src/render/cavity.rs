@@ -110,7 +110,7 @@ impl Space {
         }
     }
 
-    /// The same cavity with its lower part in the bowl on which stones lie.
+    /// This cavity with its lower part in the bowl on which stones lie.
     fn over_bowl(self, stones: &StonesRecord) -> Self {
         let world_from_bowl = super::camera::matrix(&stones.world_from_bowl);
         let [right, depth, back] = stones.bowl_radii_m;

@@ -32,8 +32,8 @@ fn a_clip_before_the_cut_keeps_the_blood_in_and_scissors_do_not_cut_it() {
     );
     assert_eq!(clip.spheres, [7, 8]);
     // Seven links lie before the clip's link.
-    let told = |kind| bench.events.iter().find(|it| it.kind == kind).unwrap();
-    let [closes, along] = [EventKind::ClipCloses, EventKind::ClipAlong].map(told);
+    let event = |kind| bench.events.iter().find(|it| it.kind == kind).unwrap();
+    let [closes, along] = [EventKind::ClipCloses, EventKind::ClipAlong].map(event);
     assert!((closes.value - clip.closed).abs() < 1.0e-6, "{closes:?}");
     let link_m = anatomy.links[0].rest_length_m;
     let expected_m = (7.0 + clip.share) * link_m;

@@ -18,9 +18,9 @@
 //!
 //! A stone is a ball without weight on anything (25 mm weigh 9 g, and 4 mm weigh 0.04 g). It falls,
 //! rolls on the contact skins and on the spheres of tubes (`surface`) and in the abdomen below the
-//! organs (`bowl`), and comes to rest where it stays near a place (`motion`). Then it follows the nearest sphere of the tissue. Tools push
-//! it. Stones push each other. Each stone moves in one of `STEP_TICKS` ticks, so a tick moves
-//! four stones at most.
+//! organs (`bowl`), and comes to rest where it stays near a place (`motion`). Then it follows the
+//! nearest sphere of the tissue. Tools push it. Stones push each other. Each stone moves in one of
+//! `STEP_TICKS` ticks, so a tick moves four stones at most.
 //!
 //! # Picking up
 //!
