@@ -341,27 +341,40 @@ impl Assessment {
 
     fn judge(&mut self) {
         let time_s = self.tally.time_s();
-        if let Some(why) = self.procedure.failure(time_s, &self.rules) {
-            self.over = Some((Outcome::Failed, vec![why]));
-            return;
-        }
-        let collects = |step: &Step| matches!(step, Step::Collect { .. });
-        let is_done = |(step, done): &(Step, bool)| *done || collects(step);
-        self.collects_since_s = match self.steps().iter().all(is_done) {
+        let steps = self.steps();
+        let collects = |(step, _): &(Step, bool)| matches!(step, Step::Collect { .. });
+        self.collects_since_s = match steps.iter().all(|it| it.1 || collects(it)) {
             true => self.collects_since_s.or(Some(time_s)),
             false => None,
         };
-        let steps = self.steps();
-        if !steps.is_empty() && steps.iter().all(|(_, done)| *done) {
-            let values = self.values();
-            let (score, _) = self.rules.score(self.task, &values);
-            let injuries = self.procedure.serious().map(Reason::injured);
-            let mut unmet: Vec<Reason> = injuries.collect();
-            unmet.extend(self.rules.unmet(self.task, self.difficulty, score, &values));
-            self.over = Some(match unmet.is_empty() {
-                true => (Outcome::Passed, Vec::new()),
-                false => (Outcome::Failed, unmet),
-            });
+        // The time limit ends the collection of stones, and not the task before it.
+        let is_late = match self.procedure.failure(time_s, &self.rules) {
+            Some(Reason::TooLong { .. }) if self.collects_since_s.is_some() => true,
+            Some(why) => {
+                self.over = Some((Outcome::Failed, vec![why]));
+                return;
+            }
+            None => false,
+        };
+        let Some(since_s) = self.collects_since_s.filter(|_| !steps.is_empty()) else {
+            return;
+        };
+        let has_waited = time_s - since_s >= self.rules.done.collect_s;
+        if is_late || has_waited || !steps.iter().any(collects) {
+            self.over = Some(self.verdict());
+        }
+    }
+
+    /// Outcome of a task all steps of which are done. Stones may be left.
+    fn verdict(&self) -> (Outcome, Vec<Reason>) {
+        let values = self.values();
+        let (score, _) = self.rules.score(self.task, &values);
+        let injuries = self.procedure.serious().map(Reason::injured);
+        let mut unmet: Vec<Reason> = injuries.collect();
+        unmet.extend(self.rules.unmet(self.task, self.difficulty, score, &values));
+        match unmet.is_empty() {
+            true => (Outcome::Passed, Vec::new()),
+            false => (Outcome::Failed, unmet),
         }
     }
 
@@ -372,11 +385,7 @@ impl Assessment {
             .steps(at_s, &self.anatomy, &self.rules, &self.tally);
         let left = self.tally.stones_left();
         if left > 0 && !steps.is_empty() {
-            let wait_s = self.rules.done.collect_s;
-            let is_over = self
-                .collects_since_s
-                .is_some_and(|since_s| at_s - since_s >= wait_s);
-            steps.push((Step::Collect { left }, is_over));
+            steps.push((Step::Collect { left }, false));
         }
         steps
     }
@@ -462,14 +471,17 @@ impl Assessment {
     }
 
     /// Ends the assessment. A task that is not over is aborted and scores 0. It has failed if an
-    /// injury rules out a pass. Free practice is never aborted, and keeps its score.
+    /// injury rules out a pass, and it is judged if only stones are left to pick up. Free practice
+    /// is never aborted, and keeps its score.
     #[must_use]
     pub fn end(self) -> Assessed {
         let metrics = self.values();
         let (score, lost) = self.rules.score(self.task, &metrics);
         let steps = self.steps();
-        let (outcome, reasons) = self.over.unwrap_or_else(|| match self.task {
+        let only_stones_are_left = !steps.is_empty() && self.collects_since_s.is_some();
+        let (outcome, reasons) = self.over.clone().unwrap_or_else(|| match self.task {
             Task::Free => (Outcome::Practised, Vec::new()),
+            _ if only_stones_are_left => self.verdict(),
             _ => {
                 let open = steps.iter().filter(|(_, done)| !done);
                 let open = open.map(|(step, _)| Reason::NotDone { step: step.clone() });

@@ -263,8 +263,13 @@ impl Injuries {
             self.found
                 .retain(|(organ, it)| *organ != index || it.kind != InjuryKind::Torn);
         }
-        let mut found = self.found.iter();
-        if !found.any(|(organ, it)| *organ == index && it.kind == injury.kind) {
+        let opens = [InjuryKind::Divided, InjuryKind::Perforated];
+        let is_known = |(organ, it): &(u32, Injury)| {
+            // What tears after it was opened is open already.
+            let is_open = injury.kind == InjuryKind::Torn && opens.contains(&it.kind);
+            *organ == index && (it.kind == injury.kind || is_open)
+        };
+        if !self.found.iter().any(is_known) {
             self.found.push((index, injury));
         }
     }

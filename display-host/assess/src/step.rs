@@ -172,6 +172,12 @@ impl fmt::Display for Hint {
                 let key = it.number() + 1;
                 write!(to, "{step}: take the {} ({key}).", it.name())
             }
+            Advice::Use(_) if matches!(step, Step::Collect { .. }) => {
+                write!(
+                    to,
+                    "{step}: hold each between the jaws, and draw it out through the trocar."
+                )
+            }
             Advice::Use(Instrument::Grasper) => {
                 write!(
                     to,

@@ -138,7 +138,8 @@ impl Vessel {
     /// Clips that close one side may lie close together. Older sessions have the applier's places
     /// alone: there it is the distance along the line through the farthest two.
     pub(crate) fn room_m(&self) -> Option<f64> {
-        let places: Option<Vec<f64>> = self.clips.iter().map(|clip| clip.lies.along_m).collect();
+        let closed = self.clips.iter().filter(|clip| !clip.lies.is_open);
+        let places: Option<Vec<f64>> = closed.map(|clip| clip.lies.along_m).collect();
         match places {
             Some(places) => widest_gap(places),
             None => self.room_of_applier_m(),

@@ -175,6 +175,7 @@ fn an_exam_has_one_attempt_no_pause_and_a_whole_recording() {
         Metric::Restarts,
         Metric::Paused,
         Metric::Gaps,
+        Metric::DeviceLost,
         Metric::LostEvents,
     ] {
         let mut values = Values::none();

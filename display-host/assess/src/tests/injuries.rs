@@ -224,6 +224,18 @@ fn a_clip_on_the_bile_duct_is_an_injury_and_the_first_lesson() {
 }
 
 #[test]
+fn an_organ_that_tears_and_opens_has_one_injury() {
+    let (help, rules) = (Difficulty::Trainee, Rules::default());
+    let mut assessment = Assessment::new(Task::Free, help, rules, whole());
+    rest(&mut assessment, 0.0, 0.1);
+    for kind in [EventKind::Tear, EventKind::Divided, EventKind::Tear] {
+        assessment.take(&event(0.1, kind.number(), BILE_DUCT, 0.0, 1.0));
+    }
+    let kinds: Vec<_> = assessment.end().injuries.iter().map(|it| it.kind).collect();
+    assert_eq!(kinds, [InjuryKind::Divided]);
+}
+
+#[test]
 fn who_stops_after_an_injury_has_failed() {
     let tear = event(0.1, EventKind::Tear.number(), BILE_DUCT, 0.0, 0.001);
     let mut stopped = begin(Task::Full);

@@ -79,11 +79,37 @@ fn a_task_leaves_time_to_pick_up_stones_after_its_last_step() {
         clipped_over_a_stone(20.0, true).end().outcome,
         Outcome::Passed
     );
+    // Who ends it in that time has done the task.
+    let ended = waiting.end();
+    assert_eq!(ended.outcome, Outcome::Passed);
+    assert_eq!(
+        ended.steps.last(),
+        Some(&(Step::Collect { left: 1 }, false))
+    );
     let late = clipped_over_a_stone(125.0, false);
     assert!(late.is_over());
     let late = late.end();
     assert_eq!(late.outcome, Outcome::Passed);
     is(late.metrics.get(Metric::StonesLeft), 1.0);
+}
+
+#[test]
+fn the_time_limit_ends_the_collection_and_not_the_task() {
+    let mut assessment = begin(Task::Clamp);
+    rest(&mut assessment, 0.0, 590.0);
+    assessment.take(&stone(590.0, EventKind::StoneSpilled, 0));
+    for (at_s, organ, x_m, number) in [
+        (590.1, DUCT, -0.01, 0.0),
+        (590.2, DUCT, 0.01, 1.0),
+        (590.3, ARTERY, -0.01, 2.0),
+        (590.4, ARTERY, 0.01, 3.0),
+    ] {
+        clip(&mut assessment, at_s, organ, x_m, number);
+    }
+    rest(&mut assessment, 590.5, 599.0);
+    assert!(!assessment.is_over());
+    rest(&mut assessment, 599.0, 601.0);
+    assert_eq!(assessment.end().outcome, Outcome::Passed);
 }
 
 #[test]

@@ -110,6 +110,8 @@ mod tests {
             (InjuryKind::Divided, Cause::Cut, Severity::Grave),
             (InjuryKind::Perforated, Cause::Torn, Severity::Serious),
             (InjuryKind::Burnt, Cause::Burnt, Severity::Minor),
+            (InjuryKind::Torn, Cause::Torn, Severity::Serious),
+            (InjuryKind::Clipped, Cause::Clipped, Severity::Serious),
         ];
         assessed
             .injuries

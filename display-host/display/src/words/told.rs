@@ -134,6 +134,7 @@ impl Words {
             Advice::Use(_) if hint.step == Step::Coagulate => "hint-coagulate",
             Advice::Use(_) if matches!(hint.step, Step::Touch { .. }) => "hint-touch",
             Advice::Use(_) if matches!(hint.step, Step::Carry { .. }) => "hint-carry",
+            Advice::Use(_) if matches!(hint.step, Step::Collect { .. }) => "hint-collect",
             Advice::Use(Instrument::Grasper) => "hint-grasper",
             Advice::Use(Instrument::Hook) => "hint-hook",
             Advice::Use(Instrument::Scissors) => "hint-scissors",

@@ -93,7 +93,7 @@ fn the_guide_has_a_station_file_for_each_driver_and_all_are_read() {
     let blocks = guide.split("```toml\n").skip(1);
     let files: Vec<_> = blocks
         .filter_map(|block| block.split("```").next())
-        .filter(|text| text.contains("[haptic]"))
+        .filter(|text| text.contains("driver = "))
         .map(|text| read(text).unwrap_or_else(|error| panic!("{error}:\n{text}")))
         .collect();
     let drivers: Vec<_> = (files.iter())
