@@ -36,7 +36,8 @@ pub use write::SceneData;
 
 /// First eight bytes of a compiled scene.
 pub const MAGIC: [u8; 8] = *b"CALOTSCN";
-/// Version of the file's layout. It changes when a record changes that scenes of a release may have.
+/// Version of the file's layout. It changes when a record changes that scenes of a release may
+/// have.
 pub const LAYOUT_VERSION: u32 = 7;
 /// Index that stands for no contact vertex.
 pub const NO_CONTACT_VERTEX: u16 = u16::MAX;
