@@ -55,7 +55,7 @@ struct Next {
 
 /// Difference of a pass and proficiency.
 const MEANING: &str = "A pass keeps the limits of the task once. Proficient is who passes as often in a row, with as many \
-                       points, as the line of a goal says.";
+                       points, as the line of a goal says. A pass after a restart is none of these.";
 
 impl Curriculum {
     /// Progress of a trainee with these sessions, oldest first.
